@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -24,6 +25,7 @@ FOREIGN = (
     "holds no table",
 )
 """Words of the errors that a file in another format gives rise to."""
+LONGEST = 60  # letters of a shot's or a case's name: both stand together in the name of a file
 FORMAT = "%.9e"  # ten digits: more than any sensor has, the same text for the same double everywhere
 
 
@@ -106,6 +108,21 @@ def refuse_twice(given: Sequence[tuple[str, Measured]]) -> None:
     ]
     if errors:
         raise UserError(errors)
+
+
+def shot_names(records: Sequence[Measured]) -> list[str]:
+    """A name of its own for each record, from its file's, at most `LONGEST` letters long but for a number.
+
+    Without the signs that part effect, shot and pair in an answer, and names in an option: they become "_".
+    """
+    plain = [re.sub("[@+,]", "_", Path(one.path).stem)[:LONGEST] or f"shot{i + 1}" for i, one in enumerate(records)]
+    found: list[str] = []
+    for i, name in enumerate(plain):
+        own = name if plain.count(name) == 1 else f"{name}_{i + 1}"
+        while own != name and own in plain:
+            own += "_"
+        found.append(own)
+    return found
 
 
 def read_measured(path: str | Path) -> Measured:

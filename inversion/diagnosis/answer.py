@@ -502,13 +502,19 @@ def consistency(log_evidence: float, best: float) -> float:
 
 
 def magnitude_of(ranking: Ranking, label: str) -> tuple[float, tuple[float, float], bool]:
-    """SI magnitude, 95 % interval, whether a limit of what was looked at holds it."""
+    """SI magnitude, 95 % interval, whether a limit of what was looked at holds it.
+
+    The magnitude is the posterior mean with what is not known of the signature as it is at the fit. About another
+    model's fit that can lie outside the interval, which knows it at every size: then it is the median of the latter.
+    The interval holds both.
+    """
     standing, one = ranking.standings[label], ranking.models[label].members[0]
     low, high = one.limits
     evidence = standing.at_fit
-    h = float(np.clip(evidence.h[0], low, high))
-    begin, end = standing.fit.tester.interval(evidence)
-    ends = [one.magnitude(x) for x in (min(begin, h), max(end, h))]
+    mean = float(np.clip(evidence.h[0], low, high))
+    begin, middle, end = standing.fit.tester.quantiles(evidence)
+    h = mean if standing.own or begin < mean < end else middle
+    ends = [one.magnitude(x) for x in (min(begin, mean), max(end, mean))]
     at_bound = abs(h) > 0.9 * high and (end > 0.95 * high or (not one.one_sided and begin < 0.95 * low))
     return one.magnitude(h), (min(ends), max(ends)), at_bound
 

@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from birdstrike.data.curves import Measured, read_measured, refuse_twice
+from birdstrike.data.curves import LONGEST, Measured, read_measured, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.paths import resolve_measured
@@ -42,7 +42,7 @@ SHORTEST = 0.25  # of the simulated time: a record that ends earlier is refused
 
 @dataclass(frozen=True)
 class NamedRecord:
-    """A record, its name (the file's stem), and the case that it is a shot of."""
+    """A record, its name (`shot_names`), and the case that it is a shot of."""
 
     name: str
     case: Case
@@ -120,6 +120,8 @@ def diagnose(
         held = None if other is None else read_shot("held out", pipeline.shots[0].setup, other, "shots")
         found = pipeline.diagnosis(refinement, held)
     copy_case(shots[0].case, folder)
+    for name, one in list(zip(case_files([one.name for one in shots]), shots, strict=True))[1:]:
+        write_atomically(folder / name, case_toml(one.case, portable_table(one.case)))
     simulated = any(one.record.simulated for one in shots)
     record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
     return write(replace(found, record=record), folder)
@@ -176,9 +178,7 @@ def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRec
             f"{len(records)} records and {len(cases)} cases: give one case, or one for each record in order, of which "
             "CASE is the first"
         )
-    names = [Path(one.path).stem or f"shot{i + 1}" for i, one in enumerate(records)]
-    unique = [name if names.count(name) == 1 else f"{name}_{i + 1}" for i, name in enumerate(names)]
-    return [NamedRecord(name, own, record) for name, own, record in zip(unique, cases, records, strict=True)]
+    return [NamedRecord(*one) for one in zip(shot_names(records), cases, records, strict=True)]
 
 
 def loaded(case: CaseLike) -> Case:
@@ -390,7 +390,7 @@ def write(found: Diagnosis, folder: Path) -> Diagnosis:
     earlier = _files_of_earlier(folder)
     if found.case is not None and found.after is not None:
         model = found.after.model.replace(".", "_").replace("@", "_of_")
-        path = folder / f"{found.case.name}_with_{model}.toml"
+        path = folder / f"{found.case.name[:LONGEST]}_with_{model}.toml"
         write_atomically(path, case_text(found, found.case))
         found = replace(found, case_after=path.name)
     for name, channels in zip(curve_files(list(found.curves)), found.curves.values(), strict=True):
@@ -398,16 +398,17 @@ def write(found: Diagnosis, folder: Path) -> Diagnosis:
     if found.model:
         save_tree(folder / FILE, found.model)
     found.save(folder / "diagnosis.json")
-    for name in earlier - {found.case_after, *curve_files(list(found.curves))}:
+    for name in earlier - {found.case_after, *curve_files(list(found.curves)), *case_files(list(found.curves))}:
         (folder / name).unlink(missing_ok=True)
     return found
 
 
 def _files_of_earlier(folder: Path) -> set[str]:
-    """Curves and case of the diagnosis that a folder holds; none where it holds none that can be read."""
+    """Curves and cases of the diagnosis that a folder holds; none where it holds none that can be read."""
     try:
         earlier = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
-        return {*curve_files([shot["name"] for shot in earlier["shots"]]), earlier["case_after"] or "diagnosis.csv"}
+        shots = [shot["name"] for shot in earlier["shots"]]
+        return {*curve_files(shots), *case_files(shots), earlier["case_after"] or "diagnosis.csv"}
     except (OSError, ValueError, KeyError, TypeError):
         return set()
 
@@ -415,6 +416,11 @@ def _files_of_earlier(folder: Path) -> set[str]:
 def curve_files(shots: Sequence[str]) -> list[str]:
     """Names of the files of curves: of the first shot diagnosis.csv."""
     return [f"diagnosis_{shot}.csv" if i else "diagnosis.csv" for i, shot in enumerate(shots)]
+
+
+def case_files(shots: Sequence[str]) -> list[str]:
+    """Names of the files of the cases as declared: of the first shot case.toml."""
+    return [f"diagnosis_{shot}.toml" if i else "case.toml" for i, shot in enumerate(shots)]
 
 
 def write_curves(path: Path, channels: Mapping[str, Mapping[str, object]]) -> None:

@@ -468,8 +468,8 @@ class ModelTester:
                 cov[..., i, i] = np.maximum(rest, 0.0)
         return mean, cov
 
-    def interval(self, evidence: Evidence) -> tuple[float, float]:
-        """95 % interval of a single effect's size [plausible sizes], within its limits.
+    def quantiles(self, evidence: Evidence) -> tuple[float, float, float]:
+        """95 % interval of a single effect's size [plausible sizes], within its limits: begin, median and end.
 
         By quadrature over the size, with what is not known of the signature for each: it grows with the size, so that
         an effect of which little is seen is not held to be small because simulations have not shown it clearly. What
@@ -489,6 +489,7 @@ class ModelTester:
         begin, middle, end = (float(x) for x in ends)
         return (
             max(middle - float(np.hypot(middle - begin, by_lattice)), low),
+            middle,
             min(middle + float(np.hypot(end - middle, by_lattice)), high),
         )
 

@@ -58,6 +58,7 @@ from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS
 from birdstrike.inversion.diagnosis.power import gain, minimum_detectable
 from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, Standing, likelier, rank
+from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.diagnosis.shots import Shot, setups_of, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
@@ -319,9 +320,7 @@ class Pipeline:
         close: Sequence[str],
     ) -> tuple[str, ...]:
         """The gravest first; close: why the likeliest effect is not attributed."""
-        setups = [one for one in setups_of(self.shots) if one.left_out]
-        left_out = [f"{one.plan.case.name}: {unpredicted(one, one.left_out)}" for one in setups]
-        found = [*self.warnings, *left_out, *self.baselines.warnings]
+        found = [*self.warnings, *_left_out(setups_of(self.shots)), *self.baselines.warnings]
         if not self.baselines.shots and ranking.problem.known.source != STATED:
             found.append(
                 "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "
@@ -370,6 +369,15 @@ class Pipeline:
         for shot in self.shots:
             found += [f"{shot.name}: {line}" for line in shot.record.warnings]
         return tuple(found)
+
+
+def _left_out(setups: Sequence[Setup]) -> list[str]:
+    """A warning about sensors that are not used, once for all cases of which it says the same."""
+    cases: dict[str, list[str]] = {}
+    for one in setups:
+        if one.left_out:
+            cases.setdefault(unpredicted(one, one.left_out), []).append(one.plan.case.name)
+    return [f"{', '.join(names)}: {text}" for text, names in cases.items()]
 
 
 def _lattices_lacking(shots: Sequence[Shot]) -> list[str]:

@@ -120,18 +120,19 @@ class Setup:
         ]
         return np.reshape(moved, (len(moved), len(self.channels) * len(self.time)))
 
-    def emulator_factor(self, z: Array) -> Array:
-        """(channels * m, c) directions, one standard deviation each, of the emulator's smooth error at z (k,)."""
+    def emulator_factors(self, z: Array) -> dict[str, Array]:
+        """Channel -> (c, channels * m) directions, one standard deviation each, of the emulator's smooth error at z
+        (k,).
+        """
         u = self.emulator.inputs(self.plan.space.to_physical(z[None]))
-        rows: list[Array] = []
+        found: dict[str, Array] = {}
         m = len(self.time)
         for i, channel in enumerate(self.channels):
             one = self.emulator.channels[channel]
-            for process, direction in zip(one.processes, one.basis, strict=False):
-                row = np.zeros(len(self.channels) * m)
+            found[channel] = np.zeros((min(len(one.processes), len(one.basis)), len(self.channels) * m))
+            for row, process, direction in zip(found[channel], one.processes, one.basis, strict=False):
                 row[i * m : (i + 1) * m] = direction * np.sqrt(smooth_variance(process, u))
-                rows.append(row)
-        return np.array(rows).reshape(-1, len(self.channels) * m).T
+        return found
 
 
 def smooth_variance(process: object, u: Array) -> float:

@@ -238,13 +238,16 @@ class Shot:
 
     @cached_property
     def process_modes(self) -> tuple[Array, ...]:
-        """(n, q) of every channel: the largest directions of a process of numerical error of variance 1."""
+        """(n, q) of every channel: the largest directions of a process of numerical error of variance 1.
+
+        Each ends above 0, whatever the record's sampling, so that shots can share them.
+        """
         found = []
         for trace in self.record.traces:
             t = trace.middle
             values, vectors = np.linalg.eigh(started(t, t, self.onset, 0.5 * self.shapes[trace.name].length))
             kept = np.argsort(-values)[:PROCESS]
-            found.append(vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0.0)))
+            found.append(vectors[:, kept] * np.copysign(np.sqrt(np.maximum(values[kept], 0.0)), vectors[-1, kept]))
         return tuple(found)
 
     @cached_property

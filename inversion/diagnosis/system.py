@@ -339,9 +339,7 @@ def _numerical(shots: Sequence[Shot], places: Places, share: Array, emulator: bo
     that is independent of directions (they are fewer than the directions). Shots share them as far as their
     parameters are alike; the extrapolation to finer meshes they share wholly.
     """
-    factors = [_own_factors(shot, places.z[shot.group], emulator) for shot in shots]
-    width = max(one.shape[1] for one in factors)
-    factors = [np.pad(one, ((0, 0), (0, width - one.shape[1]))) for one in factors]
+    factors = _paired([_own_factors(shot, places.z[shot.group], emulator) for shot in shots])
     columns = []
     for j in range(len(shots)):
         columns.append(np.vstack([share[i, j] * factors[i] for i in range(len(shots))]))
@@ -351,29 +349,53 @@ def _numerical(shots: Sequence[Shot], places: Places, share: Array, emulator: bo
     return np.hstack([*columns, finer[:, None]])
 
 
-def _own_factors(shot: Shot, z: Array, with_emulator: bool) -> Array:
-    """(n, q) of one shot."""
-    emulator = (
-        shot.sample(shot.setup.emulator_factor(z).T).T if with_emulator else np.zeros((len(shot.record.values), 0))
-    )
-    drawn = shot.sample(shot.setup.mesh.factor(z)).T
-    process = _process(shot, np.sqrt((drawn**2).sum(axis=1)))
-    return np.hstack([emulator, np.sqrt(0.5) * drawn, np.sqrt(0.5) * process])
+def _paired(factors: Sequence[Mapping[str, Array]]) -> list[Array]:
+    """(n, q) of each shot, a direction in the same column in all of them; 0 where a shot has it not.
 
-
-def _process(shot: Shot, size: Array) -> Array:
-    """(n, q) factor of a process of standard deviation `size` (n,), smoothed, independent from channel to channel.
-
-    The same number of directions a channel in every shot, the largest first, so that shots can share them.
+    factors: source -> (n, q) of each shot. The shots' channels, and how many directions each source has, may differ.
     """
-    blocks = []
-    for i, modes in enumerate(shot.process_modes):
+    widths: dict[str, int] = {}
+    for own in factors:
+        for source, columns in own.items():
+            widths[source] = max(widths.get(source, 0), columns.shape[1])
+    found = []
+    for own in factors:
+        none = np.zeros((len(next(iter(own.values()))), 0))
+        parts = [own.get(source, none) for source in widths]
+        padded = [
+            np.pad(part, ((0, 0), (0, width - part.shape[1])))
+            for part, width in zip(parts, widths.values(), strict=True)
+        ]
+        found.append(np.hstack(padded))
+    return found
+
+
+def _own_factors(shot: Shot, z: Array, with_emulator: bool) -> dict[str, Array]:
+    """Source -> (n, q) of one shot: by channel the emulator, components of the mesh, what they leave, the process."""
+    found: dict[str, Array] = {}
+    if with_emulator:
+        own = shot.setup.emulator_factors(z)
+        found |= {f"emulator {channel}": shot.sample(rows).T for channel, rows in own.items()}
+    drawn, count = shot.sample(shot.setup.mesh.factor(z)).T, len(shot.setup.mesh.processes)
+    found |= {"mesh": np.sqrt(0.5) * drawn[:, :count], "beside the mesh": np.sqrt(0.5) * drawn[:, count:]}
+    process = _process(shot, np.sqrt((drawn**2).sum(axis=1)))
+    return found | {f"process {channel}": np.sqrt(0.5) * columns for channel, columns in process.items()}
+
+
+def _process(shot: Shot, size: Array) -> dict[str, Array]:
+    """Channel -> (n, q) factor of a process of standard deviation `size` (n,), smoothed, 0 in the other channels.
+
+    The largest direction first, so that shots can share them.
+    """
+    found: dict[str, Array] = {}
+    for i, (channel, modes) in enumerate(zip(shot.channels, shot.process_modes, strict=True)):
         of, count = shot.record.channel == i, len(modes)
         width = max(count // 10, 1)
         kernel = np.ones(2 * width + 1)
         power = np.convolve(size[of] ** 2, kernel, "same") / np.convolve(np.ones(count), kernel, "same")
-        blocks.append(np.sqrt(power)[:, None] * modes)
-    return np.asarray(block_diag(*blocks))
+        found[channel] = np.zeros((len(size), modes.shape[1]))
+        found[channel][of] = np.sqrt(power)[:, None] * modes
+    return found
 
 
 def _peaks(shots: Sequence[Shot], means: Sequence[Array]) -> list[Array]:

@@ -18,6 +18,7 @@ from time import perf_counter
 
 import numpy as np
 from scipy.spatial.distance import cdist
+from sklearn.utils.extmath import svd_flip
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed, UserError
@@ -74,6 +75,7 @@ class MeshCorrection:
         parts = np.split(differences, channels, axis=1)
         scale = np.repeat([np.sqrt((p**2).mean()) or 1.0 for p in parts], differences.shape[1] // channels)
         u, s, v = np.linalg.svd((differences - mean) / scale, full_matrices=False)
+        u, v = svd_flip(u, v, u_based_decision=False)  # of one sign in every case: shots share the components' errors
         scores, rows, processes = u * s, v * scale, []
         errors = (differences - mean) * n / (n - 1.0)
         kept: list[int] = []

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, read_measured, refuse_twice, write_measured
+from birdstrike.data.curves import Measured, read_measured, refuse_twice, shot_names, write_measured
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
 from birdstrike.data.files import write_json
@@ -191,9 +191,7 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
         record.refuse_dead_sensors()
     read = [record.only(tuple(channels)) for record in read]
     refuse_twice([("--measured", record) for record in read])
-    stems = [Path(record.path).stem or f"shot_{i + 1}" for i, record in enumerate(read)]
-    names = [stem if stems.count(stem) == 1 else f"{stem}_{i + 1}" for i, stem in enumerate(stems)]
-    setups = map(ShotSetup, names, loaded, read)
+    setups = map(ShotSetup, shot_names(read), loaded, read)
     return tuple(sorted(setups, key=lambda setup: (setup.case.impact.speed, setup.name)))
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.unit_systems import UnitSystem
+from birdstrike.inversion.diagnosis.diagnose import case_files
 from birdstrike.inversion.formatting import label_parts
 from birdstrike.reports.export import lsdyna_materials, radioss_materials
 from birdstrike.reports.export.cards import cards_of
@@ -32,7 +33,8 @@ WIDE = 20
 class FoundEffect:
     """One effect of a diagnosis; magnitude, interval_95 in SI; whole: its name in diagnosis.json, with place or shot.
 
-    changed: the declared case with it, None where the case cannot carry it.
+    declared: the case of the shot that alone has it, else of the first shot; changed: that case with it, None where it
+    cannot carry it.
     """
 
     name: str
@@ -64,6 +66,7 @@ def read_effects(folder: Path, case: str | Path | None = None) -> FoundEffects |
     except (ValueError, KeyError) as error:
         raise UserError(f"{path} is damaged or of another version; repeat birdstrike diagnose") from error
     declared = load_case(_declared(path, case))
+    shots = [one["name"] for one in content.get("shots") or ()]
     known, found = effects(), []
     for entry in listed:
         name = label_parts(entry["name"])[0]
@@ -73,8 +76,10 @@ def read_effects(folder: Path, case: str | Path | None = None) -> FoundEffects |
             limits = entry["interval_95"]
             interval = None if limits is None else (float(limits[0]), float(limits[1]))
             about = (name, entry["name"], float(entry["magnitude"]), interval, float(entry["probability"]))
-            changed = _changed(declared, _acting(entry["name"]), float(entry["magnitude"]))
-            found.append(FoundEffect(*about, declared, changed))
+            shot = label_parts(entry["name"])[2]
+            own = declared if case or not shot else load_case(_case_of_shot(path.parent, shots, shot))
+            changed = _changed(own, _acting(entry["name"]), float(entry["magnitude"]))
+            found.append(FoundEffect(*about, own, changed))
     return FoundEffects(content["verdict"], content.get("sentence", ""), tuple(found))
 
 
@@ -95,6 +100,18 @@ def _declared(path: Path, given: str | Path | None) -> str | Path:
     if found is None:
         raise UserError(f"{path.parent} does not hold the declared case; name it: --case CASE.toml")
     return found
+
+
+def _case_of_shot(folder: Path, shots: Sequence[str], shot: str) -> Path:
+    """File of the case of which a shot is, that has an effect for itself; raises UserError where there is none."""
+    file = folder / dict(zip(shots, case_files(shots), strict=True)).get(shot, f"diagnosis_{shot}.toml")
+    if not file.is_file():
+        raise UserError(
+            f"{folder} does not hold {file.name}, the declared case of shot {shot} (an earlier version made this "
+            "diagnosis, or files were moved); repeat the diagnose command with the same --out, whose simulations are "
+            "stored, or name the case: --case CASE.toml"
+        )
+    return file
 
 
 def _changed(declared: Case, name: str, magnitude: float) -> Case | None:

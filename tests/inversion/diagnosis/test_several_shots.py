@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from birdstrike.data.curves import Measured
+from birdstrike.data.curves import LONGEST, Measured, shot_names
 from birdstrike.inversion.diagnosis.answer import Diagnosis, _errors, errors
-from birdstrike.inversion.diagnosis.diagnose import diagnose
+from birdstrike.inversion.diagnosis.diagnose import curve_files, diagnose
+from birdstrike.inversion.diagnosis.model_file import model_table
+from birdstrike.inversion.diagnosis.pipeline import _left_out
+from birdstrike.inversion.diagnosis.ranking import Ranking
+from birdstrike.inversion.diagnosis.shots import Record, Shot
+from birdstrike.inversion.diagnosis.system import Places, _numerical
 from birdstrike.inversion.formatting import quantity
 from birdstrike.reports.page.diagnosis import write_diagnosis_page
 from birdstrike.solver.case.case import load_case
@@ -36,11 +44,23 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(out: Path) -> Diagnosis:
+def rankings() -> list[Ranking]:
+    """What the answer is made of."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def found(out: Path, rankings: list[Ranking]) -> Diagnosis:
     """Of `slow`, as its case states it but without one sensor, and `fast`."""
+
+    def kept(ranking: Ranking, shots: tuple[Shot, ...], fits: dict[str, str]) -> dict[str, Any]:
+        rankings.append(ranking)
+        return model_table(ranking, shots, fits)
+
     records = [shot("slow", 80.0, 1, SIDE), shot("fast", 110.0 + FASTER, 2, CENTRE, SIDE)]
     with few_simulations(sought=("plate_thickness", "impact_speed")) as patch:
         patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
+        patch.setattr("birdstrike.inversion.diagnosis.pipeline.model_table", kept)
         return diagnose([tiny(), FAST], records, out)
 
 
@@ -85,6 +105,46 @@ def test_a_shot_without_which_its_effect_is_not_known_has_no_error_after(found: 
     assert found.shots[1]["after"]["heldout"]["shot"] is None
 
 
+@pytest.mark.usefixtures("found")
+@pytest.mark.parametrize("kept", [(1, 0), (1,)], ids=["in another order", "without the first"])
+def test_two_shots_of_one_bird_share_a_channel_s_numerical_error_wherever_their_records_list_it(
+    rankings: list[Ranking], kept: tuple[int, ...]
+) -> None:
+    """What the process of one channel was off by was shared with the other channel of the second record."""
+    first = rankings[0].problem.shots[1]
+    again = replace(first, name="again", record=Record(tuple(first.record.traces[i] for i in kept), ()))
+    place = Places({first.group: rankings[0].fits["none"].places.z[first.group]}, {})
+    directions = _numerical((first, again), place, np.linalg.cholesky(np.ones((2, 2)) + 1e-12 * np.eye(2)), True)
+    n = len(first.record.values)
+    same = np.concatenate([np.flatnonzero(first.record.channel == i) for i in kept])
+    own, shared = directions[:n] @ directions[:n].T, directions[:n] @ directions[n:].T
+    np.testing.assert_allclose(shared, own[:, same], atol=1e-4 * own.max())
+
+
+def test_the_magnitude_of_an_effect_without_a_fit_of_its_own_is_not_the_end_of_its_interval(found: Diagnosis) -> None:
+    """A plate thinner by 0.014 mm stood beside an interval of 0.014 to 0.208 mm, which had been moved there to hold it:
+    a mean that knows an effect's signature as if the effect were absent."""
+    inside = {one.name: one for one in found.effects if one.interval_95 and one.magnitude and not one.at_bound}
+    assert {"plate_thickness", "impact_speed"} < inside.keys()
+    for one in inside.values():
+        assert one.interval_95 is not None
+        assert one.magnitude is not None
+        assert one.interval_95[0] < one.magnitude < one.interval_95[1]
+
+
+def test_a_sensor_that_no_case_predicts_is_told_once_for_all_shots() -> None:
+    """Three shots at three speeds had three warnings that differed by the case's name alone."""
+
+    def setup(name: str, **left_out: float) -> Any:
+        declared, fine = (SimpleNamespace(name=name, bird=SimpleNamespace(particles=count)) for count in (120, 960))
+        plan = SimpleNamespace(case=declared, fine=fine)
+        return SimpleNamespace(plan=plan, left_out=left_out, unpredictable=left_out)
+
+    told = _left_out([setup("slow", force=0.15), setup("fast", force=0.15), setup("other")])
+    assert len(told) == 1
+    assert told[0].startswith("slow, fast: another lattice of the bird's 960 particles alone moves force by 15 %")
+
+
 def test_errors_before_and_after_are_of_one_mesh() -> None:
     """A run that failed leaves both to the fits; what a baseline shows was seen on the emulator's mesh alone."""
     fitted = {"rmse": {SIDE: 2.0}, "rmse_less_baseline": {SIDE: 1.0}, "solver": None}
@@ -92,3 +152,13 @@ def test_errors_before_and_after_are_of_one_mesh() -> None:
     both = errors(ran, ran)
     assert all(one and (one["rmse"][SIDE], one["rmse_less_baseline"][SIDE]) == (5.0, 1.0) for one in both)
     assert all(one and one["rmse"][SIDE] == 2.0 for one in errors(ran, fitted))
+
+
+def test_a_shot_s_name_cannot_be_taken_for_another_part_of_an_answer_and_names_files() -> None:
+    """A record "gel+85@a.csv" became a pair of effects in the answer; one of 235 letters ended in an error of the file
+    system after all simulations; "a_2" beside "a" twice were two shots of one name."""
+    names = shot_names([shot(stem, 80.0, 1, SIDE) for stem in ("gel+85@a,b", "x" * 235, "a", "a_2", "a", "Schuß 1.v2")])
+    assert names == ["gel_85_a_b", "x" * LONGEST, "a_3", "a_2", "a_5", "Schuß 1.v2"]
+    twice = shot_names([shot(stem, 80.0, 1, SIDE) for stem in ("a", "a_2", "a_1", "a")])
+    assert len(set(twice)) == 4
+    assert max(len(name) for name in curve_files(names)) < 100

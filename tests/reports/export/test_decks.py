@@ -384,6 +384,26 @@ def test_velocity_of_an_effect_is_along_the_impacts_direction(tmp_path: Path) ->
     assert written_down == pytest.approx(bird.v[0].tolist(), rel=1e-3)
 
 
+def test_an_effect_of_one_shot_is_added_to_the_case_of_that_shot(tmp_path: Path) -> None:
+    """A bird 4 m/s faster in a shot at 110 m/s had cards of 95.1 m/s: of the first shot's 91.1 m/s."""
+    one = {"name": "impact_speed@fast", "magnitude": 4.0, "interval_95": [3.0, 5.0], "probability": 0.9}
+    content = {"verdict": "attributed", "confidence_set": [one["name"]], "effects": [one]}
+    content["shots"] = [{"name": "slow"}, {"name": "fast"}]
+    (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+    (tmp_path / "case.toml").write_text('extends = "demo_rig"\n')
+    with pytest.raises(UserError, match=r"diagnosis_fast\.toml.*repeat the diagnose command"):
+        read_effects(tmp_path)
+    (tmp_path / "diagnosis_fast.toml").write_text('extends = "demo_rig"\n[impact]\nspeed = "110 m/s"\n')
+    for label, speed in (("impact_speed@fast", 114.0), ("impact_speed@slow", 95.1), ("impact_speed", 95.1)):
+        one["name"] = content["confidence_set"][0] = label
+        (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+        found = read_effects(tmp_path)
+        assert found is not None
+        lines = effect_lines(found, unit_system("m-s-kg-Pa"), "lsdyna")
+        velocity = [float(line.split()[-1]) for line in lines if line.startswith("R v")]
+        assert np.linalg.norm(velocity) == pytest.approx(speed, rel=1e-6)
+
+
 def test_a_soft_support_of_one_set_says_of_which(tmp_path: Path) -> None:
     one = {"name": "edge_slip.cell_3", "magnitude": 1e-9, "interval_95": None, "probability": 0.97}
     content = {"verdict": "attributed", "confidence_set": [one["name"]], "effects": [one]}
