@@ -249,6 +249,25 @@ def test_a_comma_that_may_part_thousands_or_decimals_is_asked_about(tmp_path: Pa
         assert found.channels["displacement_centre"][0] == pytest.approx(1e-3 * value, rel=1e-15)
 
 
+def test_decimal_points_and_commas_in_one_file_are_read_column_by_column(tmp_path: Path) -> None:
+    """A clock of 1.010 ms and a force of 1.250 kN beside a deflection with commas are no thousands."""
+    text = "t_ms;w_mm;f_kN\n0.990;0,5;0.250\n1.010;1,25;1.250\n"
+    sensors = {"displacement_centre": "w", "reaction_force": "f"}
+    for decimal in ("", ",", "."):
+        found = imported(tmp_path / "a.csv", text, ImportOptions(sensors, decimal=decimal))
+        assert found.time.tolist() == [scaled("0.99", "ms"), scaled("1.01", "ms")]
+        assert found.channels["displacement_centre"].tolist() == [0.5e-3, 1.25e-3]
+        assert found.channels["reaction_force"].tolist() == [250.0, 1250.0]
+
+
+def test_both_marks_of_decimals_in_one_column_are_refused_where_thousands_may_be_meant(tmp_path: Path) -> None:
+    text = "t_ms;w_mm\n0,5;0,5\n0.75;0.75\n1.000;1.25\n"
+    with pytest.raises(UserError, match=r'line 4: "1\.000" is 1000 or 1\.000, for the file has decimal points and'):
+        imported(tmp_path / "a.csv", text, ImportOptions(CENTRE))
+    found = imported(tmp_path / "b.csv", text.replace("1.000", "1.0"), ImportOptions(CENTRE))
+    assert found.time[-1] == 1e-3
+
+
 def test_points_that_may_part_thousands_are_asked_about(tmp_path: Path) -> None:
     """998 beside 1.034: a curve in micrometres that would fall to a thousandth where it passes 999."""
     text = "t_ms;w_um\n0;997\n1;998\n2;1.034\n3;1.220\n"
