@@ -21,6 +21,8 @@ AS_SUFFIX = ("m", "mm", "um", "in", "s", "ms", "us", "N", "kN", "Pa", "kPa", "MP
 """Units that may end a name: with any unit, strain_a would be in years and gauge_c in speeds of light."""
 RATIO = ("-", "1")
 """What stands in the place of a ratio's unit."""
+SIGMA = "_sigma"
+"""End of the name of a column that is the noise of another."""
 END = ("endcurve", "*end", "end")
 """Words with which plotting programs close a curve."""
 MOST_BEHIND = 20
@@ -102,6 +104,13 @@ class LooseTable:
         """What the columns can be called by; their numbers where they have no names."""
         return tuple(head.name for head in self.heads) or tuple(str(i + 1) for i in range(self.width))
 
+    @property
+    def noises(self) -> dict[int, int]:
+        """Place of a column -> that of its noise, which is named after it with `_sigma` behind."""
+        places = {_plain(name): i for i, name in enumerate(self.names)}
+        found = {i: places.get(f"{name}{SIGMA}") for name, i in places.items()}
+        return {i: noise for i, noise in found.items() if noise is not None}
+
     def index(self, column: str) -> int:
         """Place of a column given by name, with or without its unit, as it stands in the file, or by number from 1.
 
@@ -161,7 +170,7 @@ def import_line(path: Path) -> str:
     except MeasuredError:
         return ""
     heads = table.heads or tuple(Head(name, None, name) for name in table.names)
-    shown_heads = [head for head in heads[1:] if (head.text or head.name) and not head.name.endswith("_sigma")][:3]
+    shown_heads = [head for head in heads[1:] if (head.text or head.name) and not head.name.endswith(SIGMA)][:3]
     names = ["displacement_centre", *(f"SENSOR_{i}" for i in range(2, len(shown_heads) + 1))]
     shown = [
         head.name if _OF_A_CASE.fullmatch(head.name) else f"{name}={shlex.quote(head.text or head.name)}"

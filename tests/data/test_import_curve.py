@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -247,6 +248,18 @@ def test_a_comma_that_may_part_thousands_or_decimals_is_asked_about(tmp_path: Pa
     for mark, value in ((",", 1.234), (".", 1234.0)):
         found = imported(tmp_path / "a.csv", text, ImportOptions(CENTRE, decimal=mark))
         assert found.channels["displacement_centre"][0] == pytest.approx(1e-3 * value, rel=1e-15)
+
+
+@pytest.mark.parametrize("head", ["Disp Z_sigma (mm)", "disp z_sigma", "Disp Z_sigma (um)"])
+def test_a_column_of_noise_beside_a_sensors_is_read_with_it(tmp_path: Path, head: str) -> None:
+    noise = "20" if "um" in head else "0.02"
+    text = f"t_ms;Disp Z (mm);{head}\n0;1;{noise}\n1;2;{noise}\n2;;\n"
+    options = ImportOptions({"displacement_centre": "Disp Z"}, scales={"displacement_centre": -2.0})
+    found = imported(tmp_path / "a.csv", text, options)
+    assert list(found.channels) == ["displacement_centre"]
+    assert found.sigma["displacement_centre"][:2].tolist() == [scaled("0.04", "mm")] * 2
+    assert "Disp Z_sigma" in found.provenance[0] or "disp z_sigma" in found.provenance[0]
+    assert not imported(tmp_path / "a.csv", text, replace(options, stated=("displacement_centre",))).sigma
 
 
 def test_decimal_points_and_commas_in_one_file_are_read_column_by_column(tmp_path: Path) -> None:
