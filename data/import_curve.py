@@ -17,7 +17,7 @@ from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.exports.nodout import is_nodout, read_nodout
 from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import reader_of
-from birdstrike.data.tables.csv_table import Column, CsvTable
+from birdstrike.data.tables.csv_table import NAME, Column, CsvTable
 from birdstrike.data.tables.loose_table import SIGMA, Head, LooseTable, SeveralColumns, read_loose_table
 from birdstrike.data.units import factor, meant, parts, ratio, scaled, si_unit, to_si
 
@@ -59,6 +59,7 @@ def import_record(path: str | Path, options: ImportOptions) -> Measured:
 
     A column `<name>_sigma` beside that of a sensor is its noise, in the sensor's unit where it has none.
     """
+    _refuse_names(options.sensors)
     _refuse_scales(options.scales)
     if options.rate:
         _interval(options.rate)
@@ -182,7 +183,10 @@ def _shift(text: str, unit: str) -> Decimal:
     """What is added to the clock, in its own unit, exactly; raises UnitError."""
     if not text:
         return Decimal(0)
-    to_si(text, "s")
+    try:
+        to_si(text, "s")
+    except UnitError as error:
+        raise UnitError(f'--shift {text}: {error}; write --shift "-0.2 ms"') from error
     number, given = parts(text)
     return Decimal(number) * ratio(given, unit)
 
@@ -197,6 +201,19 @@ def read_export(path: str | Path, options: ImportOptions) -> tuple[LooseTable, b
     if is_rcforc(path):
         return read_rcforc(path), False
     return read_loose_table(path, options.decimal, bool(options.rate)), False
+
+
+def _refuse_names(sensors: Collection[str]) -> None:
+    """Raises MeasuredError for names that no column of a record can have."""
+    wrong = [name for name in sensors if name == "time" or not re.fullmatch(NAME, name)]
+    if wrong:
+        raise MeasuredError(
+            [
+                f"--sensor {name} cannot be a sensor's name: one begins with a letter, has unaccented letters, digits "
+                'and _ alone, and is not "time"; write the name that its case has: --sensor displacement_centre=COLUMN'
+                for name in wrong
+            ]
+        )
 
 
 def _refuse_scales(scales: Mapping[str, float]) -> None:

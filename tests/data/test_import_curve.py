@@ -250,6 +250,18 @@ def test_a_comma_that_may_part_thousands_or_decimals_is_asked_about(tmp_path: Pa
         assert found.channels["displacement_centre"][0] == pytest.approx(1e-3 * value, rel=1e-15)
 
 
+@pytest.mark.parametrize("name", ["déplacement", "w mid", "time", "1st"])
+def test_a_sensor_that_no_record_could_name_is_refused(tmp_path: Path, name: str) -> None:
+    """It was written all the same, into a file that cannot be read."""
+    with pytest.raises(UserError, match=f"--sensor {name} cannot be a sensor's name: .*displacement_centre=COLUMN"):
+        imported(tmp_path / "a.csv", "t_ms;w_mm\n0;1\n1;2\n", ImportOptions({name: "w"}))
+
+
+def test_a_shift_without_a_unit_is_named(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r'--shift 0\.2: "0\.2" has no unit; .*write --shift "-0\.2 ms"'):
+        imported(tmp_path / "a.csv", "t_ms;w_mm\n0;1\n1;2\n", ImportOptions(CENTRE, shift="0.2"))
+
+
 @pytest.mark.parametrize("head", ["Disp Z_sigma (mm)", "disp z_sigma", "Disp Z_sigma (um)"])
 def test_a_column_of_noise_beside_a_sensors_is_read_with_it(tmp_path: Path, head: str) -> None:
     noise = "20" if "um" in head else "0.02"
