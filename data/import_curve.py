@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from itertools import pairwise
 from pathlib import Path
@@ -17,8 +17,8 @@ from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.exports.nodout import is_nodout, read_nodout
 from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import reader_of
-from birdstrike.data.tables.csv_table import Column, CsvTable
-from birdstrike.data.tables.loose_table import Head, LooseTable, SeveralColumns, read_loose_table
+from birdstrike.data.tables.csv_table import NAME, Column, CsvTable
+from birdstrike.data.tables.loose_table import SIGMA, Head, LooseTable, SeveralColumns, read_loose_table
 from birdstrike.data.units import factor, meant, parts, ratio, scaled, si_unit, to_si
 
 RATE_OFF = Decimal("0.02")
@@ -36,7 +36,8 @@ class ImportOptions:
     sensor -> unit of the column that the factor multiplies, such as V where the factor is in mm/V; shift: text with a
     unit that is added to the clock; node: of a nodout; simulated: no instrument took this curve; decimal: mark of the
     decimals, "," or ".", where the file leaves it open; table: of a file that holds several; rate: samples a second,
-    or the time between two, where the file has no clock: "200 kHz", "5 us".
+    or the time between two, where the file has no clock: "200 kHz", "5 us"; stated: sensors whose noise is stated
+    otherwise, so that a column of noise beside theirs is not read.
     """
 
     sensors: Mapping[str, str]
@@ -50,10 +51,15 @@ class ImportOptions:
     table: str = ""
     per: Mapping[str, str] = field(default_factory=dict)
     rate: str = ""
+    stated: Collection[str] = ()
 
 
 def import_record(path: str | Path, options: ImportOptions) -> Measured:
-    """The curves as a record with its provenance, checked like any record; raises MeasuredError and UnitError."""
+    """The curves as a record with its provenance, checked like any record; raises MeasuredError and UnitError.
+
+    A column `<name>_sigma` beside that of a sensor is its noise, in the sensor's unit where it has none.
+    """
+    _refuse_names(options.sensors)
     _refuse_scales(options.scales)
     if options.rate:
         _interval(options.rate)
@@ -65,7 +71,10 @@ def import_record(path: str | Path, options: ImportOptions) -> Measured:
     _refuse_other_clocks(table, clock, columns)
     time = _time(table, clock, options)
     sensors = [_column(table, index, name, options) for name, index in columns.items()]
-    used = [*columns.values()] if clock is None else [clock, *columns.values()]
+    given = (*options.stated, *(name.removesuffix(SIGMA) for name in columns if name.endswith(SIGMA)))
+    noises = {name: table.noises[i] for name, i in columns.items() if i in table.noises and name not in given}
+    sensors += [_noise(table, index, columns[name], name, options) for name, index in noises.items()]
+    used = [*([] if clock is None else [clock]), *columns.values(), *noises.values()]
     return measured_from(CsvTable((time, *sensors), _provenance(table, options, used, nodout)), path)
 
 
@@ -174,7 +183,10 @@ def _shift(text: str, unit: str) -> Decimal:
     """What is added to the clock, in its own unit, exactly; raises UnitError."""
     if not text:
         return Decimal(0)
-    to_si(text, "s")
+    try:
+        to_si(text, "s")
+    except UnitError as error:
+        raise UnitError(f'--shift {text}: {error}; write --shift "-0.2 ms"') from error
     number, given = parts(text)
     return Decimal(number) * ratio(given, unit)
 
@@ -189,6 +201,19 @@ def read_export(path: str | Path, options: ImportOptions) -> tuple[LooseTable, b
     if is_rcforc(path):
         return read_rcforc(path), False
     return read_loose_table(path, options.decimal, bool(options.rate)), False
+
+
+def _refuse_names(sensors: Collection[str]) -> None:
+    """Raises MeasuredError for names that no column of a record can have."""
+    wrong = [name for name in sensors if name == "time" or not re.fullmatch(NAME, name)]
+    if wrong:
+        raise MeasuredError(
+            [
+                f"--sensor {name} cannot be a sensor's name: one begins with a letter, has unaccented letters, digits "
+                'and _ alone, and is not "time"; write the name that its case has: --sensor displacement_centre=COLUMN'
+                for name in wrong
+            ]
+        )
 
 
 def _refuse_scales(scales: Mapping[str, float]) -> None:
@@ -233,6 +258,16 @@ def _column(table: LooseTable, index: int, name: str, options: ImportOptions) ->
     values = np.array([scaled(str(Decimal(text) * scale), unit) if text else np.nan for text in texts])
     lines = tuple(line for line, _ in table.rows)
     return Column(table.names[index], lines[0], name, si_unit(unit), values, texts, lines)
+
+
+def _noise(table: LooseTable, index: int, beside: int, sensor: str, options: ImportOptions) -> Column:
+    """The noise of a sensor, of a column, in the unit of the sensor's own `beside` it where it has none."""
+    heads = list(table.heads)
+    if heads[index].unit is None and not heads[index].foreign:
+        heads[index] = replace(heads[beside], name=heads[index].name)
+    column = _column(replace(table, heads=tuple(heads)), index, sensor, options)
+    sign = np.sign(options.scales.get(sensor, 1.0))
+    return replace(column, name=f"{sensor}{SIGMA}", values=sign * column.values)
 
 
 def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> str:

@@ -173,7 +173,7 @@ def _simulation(case: str, settings: list[str]) -> str:
 def _check_external(given: str, case: Case, settings: list[str]) -> dict[str, Any]:
     """What can be said of a case that somebody else's solver runs: its template fits; raises CaseError."""
     from birdstrike.doe.external.deck import unsupported_by_deck
-    from birdstrike.doe.external.external import program_of
+    from birdstrike.doe.external.external import program_of, unusable_scratch
     from birdstrike.doe.solvers import solver_for
     from birdstrike.solver.case.case import case_hash
     from birdstrike.solver.effects.registry import effects_of
@@ -193,7 +193,10 @@ def _check_external(given: str, case: Case, settings: list[str]) -> dict[str, An
     if program is None:
         named = f'external.command: no program "{case.external.command[0]}" can be run on this machine'
         missing = [f"{named}: simulate and run-doe fail here; correct the name, give its whole path, or install it"]
-    else:
+    if unusable_scratch(case.external):
+        named = f'external.scratch: "{case.external.scratch}" is no folder that can be written on this machine'
+        missing.append(f"{named}: simulate and run-doe fail here; make it, or leave the key out")
+    if not missing:
         say(_simulation(given, settings))
     warn(missing, HEARD)
     facts = {"solver_version": solver.version, "case_hash": case_hash(case), "program": program}

@@ -12,7 +12,7 @@ import typer
 
 from birdstrike.cli.frame import Json, framed, say
 from birdstrike.cli.next_steps import case_here, following
-from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.data.errors import MeasuredError, UnitError, UserError
 
 if TYPE_CHECKING:
     from birdstrike.data.curves import Measured
@@ -50,7 +50,6 @@ def import_curve(
     """
     from birdstrike.data.curves import write_measured
     from birdstrike.data.import_curve import ImportOptions, import_record
-    from birdstrike.data.units import to_si
     from birdstrike.inversion.observations.raw import with_sigma, zeroed
 
     if Path(out).exists() and Path(path).exists() and Path(out).samefile(path):
@@ -58,14 +57,24 @@ def import_curve(
     if picture is not None and Path(picture).suffix.lower() not in PICTURES:
         raise UserError(f"--picture {picture}: a picture ends in {', '.join(PICTURES)}, which tells its format")
     options = ImportOptions(
-        sensors, time, units or {}, scales or {}, shift, node, simulated, decimal, table, per or {}, rate
+        sensors,
+        time,
+        units or {},
+        scales or {},
+        shift,
+        node,
+        simulated,
+        decimal,
+        table,
+        per or {},
+        rate,
+        tuple(sigma or ()),
     )
     record = import_record(path, options)
     if zero:
         record, _ = zeroed(record)
     if sigma:
-        stated = {n: None if text == "record" else to_si(text, record.units[n]) for n, text in sigma.items()}
-        record = with_sigma(record, stated)
+        record = with_sigma(record, {name: _stated(name, text, record.units[name]) for name, text in sigma.items()})
     write_measured(out, record)
     if picture is not None:
         from birdstrike.inversion.observations.raw import read_raw
@@ -73,6 +82,16 @@ def import_curve(
 
         draw_record(record, read_raw(record), Path(picture))
     return record
+
+
+def _stated(name: str, text: str, unit: str) -> float | None:
+    """Noise of a sensor as stated, SI; None for the record's own. Raises UnitError."""
+    from birdstrike.data.units import to_si
+
+    try:
+        return None if text == "record" else to_si(text, unit)
+    except UnitError as error:
+        raise UnitError(f"--sigma {name}={text}: {error}") from error
 
 
 @framed

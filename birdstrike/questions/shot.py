@@ -173,7 +173,7 @@ class Interview:
         clock = self._time(table, names)
         found: dict[str, Column] = {}
         for i, name in enumerate(names):
-            if i != table.index(clock["time"]):
+            if i != table.index(clock["time"]) and i not in table.noises.values():
                 head = table.heads[i] if table.heads else None
                 unit, foreign = (_si(head.unit), head.foreign) if head else (None, "")
                 self._column(found, name, "", unit, foreign, downwards=_downwards(table, i))

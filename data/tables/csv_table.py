@@ -18,7 +18,9 @@ MOST_LINES = 5  # of one kind of error
 
 NumberedRow = tuple[int, list[str]]
 
-_HEADER = re.compile(r"\s*([A-Za-z][A-Za-z0-9_.]*)\s*(?:\[([^\]]*)\])?\s*")
+NAME = r"[A-Za-z][A-Za-z0-9_.]*"
+"""Names that a column can have."""
+_HEADER = re.compile(rf"\s*({NAME})\s*(?:\[([^\]]*)\])?\s*")
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,10 @@ import csv
 import re
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
-from functools import partial
-from itertools import groupby, pairwise
+from itertools import groupby, pairwise, repeat
 from pathlib import Path
 
 from birdstrike.data.errors import MeasuredError, UnitError
@@ -22,6 +21,8 @@ AS_SUFFIX = ("m", "mm", "um", "in", "s", "ms", "us", "N", "kN", "Pa", "kPa", "MP
 """Units that may end a name: with any unit, strain_a would be in years and gauge_c in speeds of light."""
 RATIO = ("-", "1")
 """What stands in the place of a ratio's unit."""
+SIGMA = "_sigma"
+"""End of the name of a column that is the noise of another."""
 END = ("endcurve", "*end", "end")
 """Words with which plotting programs close a curve."""
 MOST_BEHIND = 20
@@ -53,6 +54,9 @@ _CLOCK_PATTERN = re.compile(r"(?:[DdMmYy./\-]+[ T]+)?[Hh]{1,2}:[Mm]{1,2}(?::[Ss]
 
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?P<mark>[.,])\d{3}")
 """A number that is a thousand or a thousandth: 1,234."""
+
+_FIGURES = re.compile(r"[+-]?[\d.,]+(?:[eEdD][+-]?\d{1,3})?")
+"""A number, whatever its points and commas mean."""
 
 _UNIT = (
     re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\])]*)[\])]"),  # displacement [mm], displacement (mm)
@@ -99,6 +103,13 @@ class LooseTable:
     def names(self) -> tuple[str, ...]:
         """What the columns can be called by; their numbers where they have no names."""
         return tuple(head.name for head in self.heads) or tuple(str(i + 1) for i in range(self.width))
+
+    @property
+    def noises(self) -> dict[int, int]:
+        """Place of a column -> that of its noise, which is named after it with `_sigma` behind."""
+        places = {_plain(name): i for i, name in enumerate(self.names)}
+        found = {i: places.get(f"{name}{SIGMA}") for name, i in places.items()}
+        return {i: noise for i, noise in found.items() if noise is not None}
 
     def index(self, column: str) -> int:
         """Place of a column given by name, with or without its unit, as it stands in the file, or by number from 1.
@@ -159,7 +170,7 @@ def import_line(path: Path) -> str:
     except MeasuredError:
         return ""
     heads = table.heads or tuple(Head(name, None, name) for name in table.names)
-    shown_heads = [head for head in heads[1:] if (head.text or head.name) and not head.name.endswith("_sigma")][:3]
+    shown_heads = [head for head in heads[1:] if (head.text or head.name) and not head.name.endswith(SIGMA)][:3]
     names = ["displacement_centre", *(f"SENSOR_{i}" for i in range(2, len(shown_heads) + 1))]
     shown = [
         head.name if _OF_A_CASE.fullmatch(head.name) else f"{name}={shlex.quote(head.text or head.name)}"
@@ -194,12 +205,12 @@ def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: 
     body, texts = _without_text(body, width)
     behind = _behind(body, width)
     body = body[: len(body) - behind]
-    decimal = decimal or _decimal(path, body)
+    marks = _marks(path, body, width, decimal)
     rows, errors, gaps = [], _rows_lost_above(path, lines[:start], delimiter, width), Counter[str]()
     first: dict[str, int] = {}
     for i, cells in body:
-        found = _numbers(cells, decimal)
-        if found is None or len(found) != width:
+        found = _numbers(cells, marks) if len(cells) == width else None
+        if found is None:
             shown = lines[i - 1].strip()[:40]
             errors.append(
                 f'{path}, line {i}: "{shown}" is not {width} numbers as in line {start + 1}; a gap is an empty cell, '
@@ -287,6 +298,41 @@ def _seconds(cell: str) -> Decimal:
     return 60 * minutes + Decimal(match["seconds"].replace(",", "."))
 
 
+def _marks(path: Path, body: Sequence[tuple[int, list[str]]], width: int, stated: str) -> tuple[str, ...]:
+    """The mark of decimals of every column: its own, else the one stated, else the file's; "" where either may stand.
+
+    Raises MeasuredError where a number may as well be a thousand times larger.
+    """
+    rows = [(i, cells) for i, cells in body if len(cells) == width]
+    own = [{_mark_of(_bare(cells[j])) for _, cells in rows} - {""} for j in range(width)]
+    mixed = len(set[str]().union(*own)) > 1
+    others = stated or ("" if mixed else _decimal(path, body))
+    marks = tuple(min(found) if len(found) == 1 else "" if found else others for found in own)
+    for j in (j for j, mark in enumerate(marks) if not mark):
+        _refuse_thousands(path, [(i, _bare(cells[j])) for i, cells in rows])
+    return marks
+
+
+def _mark_of(cell: str) -> str:
+    """The mark of decimals that a cell shows by itself, empty where it leaves that open."""
+    if not _FIGURES.fullmatch(cell):
+        return ""
+    if "," in cell:
+        return _decimal_of(cell)
+    return "." if cell.count(".") == 1 and not _GROUPED.fullmatch(cell) else ""
+
+
+def _refuse_thousands(path: Path, column: Sequence[tuple[int, str]]) -> None:
+    """Raises MeasuredError for the first number of a column that is a thousand or a thousandth by its mark."""
+    for line, cell in column:
+        if match := _GROUPED.fullmatch(cell):
+            mark = match["mark"]
+            raise MeasuredError(
+                f'{path}, line {line}: "{cell}" is {cell.replace(mark, "")} or {cell.replace(mark, ".")}, for the file '
+                "has decimal points and decimal commas; write one of them throughout the column"
+            )
+
+
 def _decimal(path: Path, body: Sequence[tuple[int, list[str]]]) -> str:
     """What marks decimals: a comma or a point; raises MeasuredError where every comma may as well part thousands."""
     open_cells = [(i, cell) for i, cells in body for cell in map(_bare, cells) if "," in cell]
@@ -343,7 +389,7 @@ def _begin(path: Path, lines: Sequence[str], single: bool) -> tuple[int, str]:
     for fewest in (2, 1) if single else (2,):
         for first, second in pairwise(full):
             for delimiter in DELIMITERS:
-                one, two = (_numbers(_cells(lines[i], delimiter), "") for i in (first, second))
+                one, two = (_numbers(_cells(lines[i], delimiter)) for i in (first, second))
                 if one and two and len(one) == len(two) >= fewest:
                     return first, delimiter
     if found := _begin_beside_text(lines):
@@ -403,12 +449,12 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
 
 
-def _numbers(cells: Sequence[str], decimal: str) -> tuple[str, ...] | None:
+def _numbers(cells: Sequence[str], marks: Iterable[str] = repeat("")) -> tuple[str, ...] | None:
     """Cells as numbers' texts, times of day as they are, "" for a gap; None where any is something else or all gaps.
 
-    decimal: the mark of decimals, "" for either.
+    marks: the mark of decimals of every cell, "" for either.
     """
-    found = tuple(map(partial(_number, decimal=decimal), cells))
+    found = tuple(map(_number, cells, marks))
     return None if None in found or not any(found) else found  # pyright: ignore[reportReturnType]
 
 
@@ -460,7 +506,7 @@ def _rows_lost_above(path: Path, above: Sequence[str], delimiter: str, width: in
     errors = []
     for i in range(len(above), 0, -1):
         cells = _cells(above[i - 1], delimiter)
-        if len(cells) != width or not _number(cells[0], "") or _numbers(cells, "") is not None:
+        if len(cells) != width or not _number(cells[0], "") or _numbers(cells) is not None:
             break
         errors.append(
             f'{path}, line {i}: "{above[i - 1].strip()[:40]}" is not {width} numbers, as the rows below it are; a gap '

@@ -68,11 +68,11 @@ def simulate_external(
 
     threads: for the command's `{threads}`. Raises RunFailed (exit code, time limit, output that is missing, unreadable
     or ends early), MachineFailure (killed by a signal, disk or memory full) and FileNotFoundError when there is no such
-    command.
+    command or no such `scratch` folder.
     """
     external, started = case.external, time.perf_counter()
     assert external is not None
-    folder = Path(tempfile.mkdtemp(prefix="run-", dir=external.scratch))
+    folder = _folder(external)
     stays = external.keep == "all"
     try:
         deck = _lay_out(folder, external, rendered(case, step_factor))
@@ -88,6 +88,19 @@ def simulate_external(
     if progress is not None:
         progress(1.0)
     return _histories(case, external, clock, channels, time.perf_counter() - started)
+
+
+def unusable_scratch(external: External) -> bool:
+    """Whether `scratch` is given and is no folder that can be written on this machine."""
+    return external.scratch is not None and not os.access(Path(external.scratch) / ".", os.W_OK | os.X_OK)
+
+
+def _folder(external: External) -> Path:
+    """A new folder for a run."""
+    if unusable_scratch(external):
+        reason = "external.scratch is no folder that can be written here; make it, or leave the key out"
+        raise FileNotFoundError(errno.ENOENT, reason, external.scratch)
+    return Path(tempfile.mkdtemp(prefix="run-", dir=external.scratch))
 
 
 def _lay_out(folder: Path, external: External, deck: str) -> str:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import hadamard
 
+from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
@@ -224,7 +225,8 @@ def meshes(case: Case) -> tuple[Case, Case]:
 def library(case: Case, first: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
     """Effects that take a simulation and that the case can carry, and why it cannot carry the others.
 
-    Their sizes are those of the first case of several: one magnitude is then as many sizes in every shot.
+    Their sizes are those of the first case of several: one magnitude is then as many sizes in every shot. Raises
+    UserError for a size that is not above 0.
     """
     known, refused = [], dict[str, str]()
     for name, effect in effects_of(case).items():
@@ -233,9 +235,20 @@ def library(case: Case, first: Case) -> tuple[tuple[Known, ...], dict[str, str]]
         if reason := effect.refuses(case) or _declared(case, name) or unsupported_by_deck(case, name):
             refused[name] = reason
             continue
-        size = effect.size(first)
+        size = _size(effect, first)
         known.append(Known(effect, size, max(effect.least(case) / size, -WIDEST) + 0.0))
     return tuple(known), refused
+
+
+def _size(effect: Effect, case: Case) -> float:
+    """Plausible magnitude, SI; raises UserError for one of an effect of one's own that is none."""
+    size = effect.size(case)
+    if not 0.0 < size < math.inf:
+        raise UserError(
+            f'effect "{effect.name}": its `size` is {size:g} {effect.unit} for the case {case.name} and must be above '
+            "0; let it return the magnitude that is plausible there"
+        )
+    return size
 
 
 def can_be_told(name: str) -> bool:

@@ -101,12 +101,9 @@ def constants_section(results: ModelsResults) -> Section:
     }
     if sources:
         blocks.append(Paragraph("Published: " + "; ".join(f"{n}: {text}" for n, text in sources.items()) + "."))
-    head = ("bird model", *(f"{results.title(s)}, {w}" for s in results.content["speeds"] for w in ("cal.", "publ.")))
-    errors = tuple(
-        (name, *_pairs(results.content["models"][name], results.content["speeds"])) for name in results.ranked
-    )
-    text = "Error over noise of the solver with calibrated (cal.) and with published (publ.) constants, shot by shot."
-    blocks.append(Table(head, errors, text, frozenset(range(1, len(head)))))
+    errors = tuple((name, *row) for name in results.ranked for row in _pairs(results, results.content["models"][name]))
+    words = "Error over noise of the solver with calibrated and with published constants, shot by shot."
+    blocks.append(Table(("bird model", "shot", "calibrated", "published"), errors, words, frozenset({2, 3})))
     return Section("constants", "Calibrated beside published constants", tuple(blocks))
 
 
@@ -128,11 +125,12 @@ def _span(ends: tuple[float, float], unit: str) -> str:
     return span(ends[0], ends[1], unit)
 
 
-def _pairs(model: Mapping[str, Any], shots: Mapping[str, float]) -> Iterator[str]:
-    for shot in shots:
-        yield f"{model['verified_weighted'][shot]:.2f}"
+def _pairs(results: ModelsResults, model: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """By shot, which would make columns too many for a page: its title, and the errors of a model over noise."""
+    for shot in results.content["speeds"]:
         published = model["published"].get(shot)
-        yield f"{published['weighted']:.1f}" if published else NONE
+        shown = f"{published['weighted']:.2f}" if published else NONE
+        yield results.title(shot), f"{model['verified_weighted'][shot]:.2f}", shown
 
 
 def curves_section(results: ModelsResults) -> Section:

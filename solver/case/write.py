@@ -15,8 +15,8 @@ from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.target.files.mesh_file import included_files
 
-DECK, MESH = "deck", "mesh"
-"""Folders beside `case.toml`: files of an external solver's deck, and of a target's mesh."""
+DECK, MESH, BASELINES = "deck", "mesh", "baselines"
+"""Folders beside `case.toml`: files of an external solver's deck, of a target's mesh, and records of baselines."""
 
 
 def copy_case(case: Case, folder: Path) -> None:
@@ -29,12 +29,22 @@ def copy_case(case: Case, folder: Path) -> None:
 
 
 def named_files(case: Case) -> dict[str, Path]:
-    """Name in a case's folder -> the file: template and files of a deck, the target's mesh and what that includes."""
+    """Name in a case's folder -> the file: of a deck, of the target's mesh and what that includes, of baselines."""
     found = {} if case.external is None else {f"{DECK}/{path.name}": path for path in case.external.inputs}
     if case.target is not None and case.target.mesh is not None:
         mesh = Path(case.target.mesh)
         found[f"{MESH}/{mesh.name}"] = mesh
         found |= {f"{MESH}/{name}": mesh.parent / name for name in included_files(mesh)}
+    return found | {name: Path(path) for path, name in _baselines(case).items()}
+
+
+def _baselines(case: Case) -> dict[str, str]:
+    """Path of a baseline's record, as the case has it -> its name in a case's folder; shipped records have none."""
+    found: dict[str, str] = {}
+    for i, path in enumerate(map(Path, case.diagnosis.baselines), 1):
+        if path.is_absolute() and path.is_file():
+            name = f"{BASELINES}/{path.name}"
+            found[str(path)] = f"{BASELINES}/{i}_{path.name}" if name in found.values() else name
     return found
 
 
@@ -46,6 +56,9 @@ def portable_table(case: Case, place: str = "") -> Raw:
         table["external"] |= {"template": names[0], "files": names[1:]}
     if case.target is not None and case.target.mesh is not None:
         table["target"] |= {"mesh": f"{place}{MESH}/{Path(case.target.mesh).name}"}
+    if names := _baselines(case):
+        given = case.diagnosis.baselines
+        table["diagnosis"] |= {"baselines": [f"{place}{names[path]}" if path in names else path for path in given]}
     return table
 
 

@@ -29,8 +29,20 @@ EFFECTS: Registry[Effect] = Registry(
 
 
 def register(effect: Effect) -> Effect:
-    """Add an effect of one's own; returns it. Raises ValueError for a name that is taken or cannot be a key."""
-    if not effect.name.isidentifier() or effect.name == "none":
+    """Add an effect of one's own to the library; returns it.
+
+    Raises
+    ------
+    TypeError
+        What is given is no Effect.
+    ValueError
+        Its name is taken or cannot be a key of a case.
+    """
+    if not isinstance(effect, Effect):
+        raise TypeError(f"{effect!r} is no effect; write register(Effect(name, meaning, unit, change, size))")
+    if effect.name == "none":
+        raise ValueError('an effect cannot be named "none", as an answer calls the model without effects; rename it')
+    if not effect.name.isidentifier():
         raise ValueError(f'"{effect.name}" cannot be an effect\'s name; use letters, digits and _')
     if effect.name in EFFECTS:
         raise ValueError(f'an effect named "{effect.name}" exists already')

@@ -110,6 +110,13 @@ def test_a_case_of_another_solver_is_told_that_its_program_is_not_here(tmp_path:
     assert "Next: birdstrike simulate" in found.stdout
 
 
+def test_a_case_of_another_solver_is_told_that_its_scratch_folder_is_not_here(tmp_path: Path) -> None:
+    scratch = f"external.scratch={tmp_path / 'missing'}"
+    found = CliRunner().invoke(app, ["check", str(written(tmp_path / "case")), "--json", "--set", scratch])
+    told = json.loads(found.stdout.splitlines()[-1])
+    assert 'missing" is no folder that can be written on this machine' in told["warnings"][0]
+
+
 def test_a_bird_of_one_row_of_particles_is_the_user_s_error() -> None:
     """Thin and long, of the fewest particles: it would have no width at all."""
     thin = ("bird.length=3 m", "bird.diameter=60 mm", "bird.particles=100", "plate.elements=[12, 10]")

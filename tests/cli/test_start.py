@@ -174,6 +174,13 @@ def test_answers_that_do_not_go_together_are_asked_again_and_no_at_the_end_compu
     assert not Path("Shot_7/loop").exists()
 
 
+def test_a_column_of_noise_is_no_sensor(export: Path) -> None:
+    head, *rows = export.read_text().splitlines()
+    export.write_text("\n".join([f"{head};Disp Z_sigma (mm)", *(f"{row};0,02" for row in rows)]) + "\n")
+    begun = begin(Answers(read_answers(answered(export))), None, print)
+    assert list(begun.shot.columns) == ["displacement_centre"]
+
+
 def test_the_records_clock_is_laid_over_the_simulations() -> None:
     """A noisy record of the simulation itself, 0.7 ms late, is moved back to within a few samples."""
     run = strike()

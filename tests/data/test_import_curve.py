@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -247,6 +248,49 @@ def test_a_comma_that_may_part_thousands_or_decimals_is_asked_about(tmp_path: Pa
     for mark, value in ((",", 1.234), (".", 1234.0)):
         found = imported(tmp_path / "a.csv", text, ImportOptions(CENTRE, decimal=mark))
         assert found.channels["displacement_centre"][0] == pytest.approx(1e-3 * value, rel=1e-15)
+
+
+@pytest.mark.parametrize("name", ["déplacement", "w mid", "time", "1st"])
+def test_a_sensor_that_no_record_could_name_is_refused(tmp_path: Path, name: str) -> None:
+    """It was written all the same, into a file that cannot be read."""
+    with pytest.raises(UserError, match=f"--sensor {name} cannot be a sensor's name: .*displacement_centre=COLUMN"):
+        imported(tmp_path / "a.csv", "t_ms;w_mm\n0;1\n1;2\n", ImportOptions({name: "w"}))
+
+
+def test_a_shift_without_a_unit_is_named(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r'--shift 0\.2: "0\.2" has no unit; .*write --shift "-0\.2 ms"'):
+        imported(tmp_path / "a.csv", "t_ms;w_mm\n0;1\n1;2\n", ImportOptions(CENTRE, shift="0.2"))
+
+
+@pytest.mark.parametrize("head", ["Disp Z_sigma (mm)", "disp z_sigma", "Disp Z_sigma (um)"])
+def test_a_column_of_noise_beside_a_sensors_is_read_with_it(tmp_path: Path, head: str) -> None:
+    noise = "20" if "um" in head else "0.02"
+    text = f"t_ms;Disp Z (mm);{head}\n0;1;{noise}\n1;2;{noise}\n2;;\n"
+    options = ImportOptions({"displacement_centre": "Disp Z"}, scales={"displacement_centre": -2.0})
+    found = imported(tmp_path / "a.csv", text, options)
+    assert list(found.channels) == ["displacement_centre"]
+    assert found.sigma["displacement_centre"][:2].tolist() == [scaled("0.04", "mm")] * 2
+    assert "Disp Z_sigma" in found.provenance[0] or "disp z_sigma" in found.provenance[0]
+    assert not imported(tmp_path / "a.csv", text, replace(options, stated=("displacement_centre",))).sigma
+
+
+def test_decimal_points_and_commas_in_one_file_are_read_column_by_column(tmp_path: Path) -> None:
+    """A clock of 1.010 ms and a force of 1.250 kN beside a deflection with commas are no thousands."""
+    text = "t_ms;w_mm;f_kN\n0.990;0,5;0.250\n1.010;1,25;1.250\n"
+    sensors = {"displacement_centre": "w", "reaction_force": "f"}
+    for decimal in ("", ",", "."):
+        found = imported(tmp_path / "a.csv", text, ImportOptions(sensors, decimal=decimal))
+        assert found.time.tolist() == [scaled("0.99", "ms"), scaled("1.01", "ms")]
+        assert found.channels["displacement_centre"].tolist() == [0.5e-3, 1.25e-3]
+        assert found.channels["reaction_force"].tolist() == [250.0, 1250.0]
+
+
+def test_both_marks_of_decimals_in_one_column_are_refused_where_thousands_may_be_meant(tmp_path: Path) -> None:
+    text = "t_ms;w_mm\n0,5;0,5\n0.75;0.75\n1.000;1.25\n"
+    with pytest.raises(UserError, match=r'line 4: "1\.000" is 1000 or 1\.000, for the file has decimal points and'):
+        imported(tmp_path / "a.csv", text, ImportOptions(CENTRE))
+    found = imported(tmp_path / "b.csv", text.replace("1.000", "1.0"), ImportOptions(CENTRE))
+    assert found.time[-1] == 1e-3
 
 
 def test_points_that_may_part_thousands_are_asked_about(tmp_path: Path) -> None:

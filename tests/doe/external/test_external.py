@@ -142,6 +142,18 @@ def test_a_program_that_is_not_there_is_the_user_s_error_and_no_failed_run(tmp_p
     assert RunStore(tmp_path / "out" / "runs").failed_keys() == []
 
 
+@pytest.mark.parametrize("scratch", ["missing", "file"])
+def test_a_scratch_folder_that_is_none_is_named_and_ends_a_campaign(tmp_path: Path, scratch: str) -> None:
+    (tmp_path / "file").touch()
+    path = written(tmp_path)
+    path.write_text(path.read_text().replace("[external]\n", f"[external]\nscratch = '{tmp_path / scratch}'\n"))
+    case = load_case(path)
+    with pytest.raises(FileNotFoundError, match=r"external\.scratch is no folder .*make it, or leave the key out"):
+        simulate_external(case)
+    with pytest.raises(FileNotFoundError, match=r"external\.scratch"):
+        campaign(case, tmp_path / "out")
+
+
 def campaign(case: Case, out: Path, runs: int = 4) -> None:
     """A campaign of the external solver on threads of this process: each runs a process of its own."""
     planned = make_design("lhs", ParameterSpace.of(case.parameters()), runs)

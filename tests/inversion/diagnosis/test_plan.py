@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured
-from birdstrike.data.errors import MeasuredError
+from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.effects import Effect, register, unregister
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, family_of, hypotheses
 from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature
@@ -252,3 +253,16 @@ def test_a_candidate_sensor_beside_one_of_its_kind_is_none() -> None:
     assert "probe_displacement_fore" not in found
     assert {"probe_displacement_aft", "probe_displacement_side", "probe_strain_fore"} <= set(found)
     assert "probe_strain_centre" not in found
+
+
+@pytest.mark.parametrize("size", [-0.02, 0.0, float("nan")])
+def test_a_size_of_an_effect_of_ones_own_that_is_none_is_named(size: float) -> None:
+    case = load_case("reference_strike")
+    register(Effect("own", "something of one's own", "m", lambda *_: {}, lambda _: size))
+    try:
+        with pytest.raises(
+            UserError, match=r'effect "own": its `size` is \S+ m for the case .* must be above 0; let it'
+        ):
+            library(case, case)
+    finally:
+        unregister("own")

@@ -166,6 +166,8 @@ def test_the_page_says_who_predicts_best_beside_published_constants(calibrated: 
     assert calibrated.found.sentence in page
     assert "7.98" in page  # the published gamma
     assert 'data-switch="published"' in page
+    by_shot = page[page.index("Error over noise of the solver with calibrated") :]
+    assert by_shot[: by_shot.index("</thead>")].count("<th") == 5  # <thead> and four columns, however many shots
     assert set(re.findall(r"https?://[^\s\"'<>)]*", page)) == {"http://www.w3.org/2000/svg"}
 
 

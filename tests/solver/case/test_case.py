@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 from birdstrike.data.errors import CaseError
 from birdstrike.solver.bird.shape import volume
 from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.write import copy_case
 from tests.solver.case.wrong_cases import raised
 
 REFERENCE = load_case("reference_strike")
@@ -262,3 +264,22 @@ def test_a_case_keeps_the_hash_under_which_its_campaigns_are_stored() -> None:
     assert case_hash(REFERENCE) == "bb6fa9ac790971e1"
     gauge = {"plate.rigid": "true", "sensors.p": '{kind="pressure"}'}
     assert case_hash(load_case("reference_strike", gauge)) == "28cdefd3f48c3e9e"
+
+
+def test_a_copied_case_takes_its_baselines_along(tmp_path: Path) -> None:
+    """Two of one name, and a shipped one: the copy needs nothing of the folders that they were in."""
+    home, copy = tmp_path / "home", tmp_path / "copy"
+    for folder in (home, home / "later"):
+        folder.mkdir()
+        (folder / "clean.csv").write_text(folder.name)
+    baselines = ["clean.csv", "later/clean.csv", "openradioss_clean1"]
+    (home / "shot.toml").write_text(f'extends = "reference_strike"\n[diagnosis]\nbaselines = {baselines}\n')
+    case = load_case(home / "shot.toml")
+    copy_case(case, copy)
+    shutil.rmtree(home)
+    moved = load_case(shutil.move(copy, tmp_path / "moved") / "case.toml")
+    assert case_hash(moved) == case_hash(case)
+    first, second, shipped = moved.diagnosis.baselines
+    assert [Path(path).read_text() for path in (first, second)] == ["home", "later"]
+    assert shipped == "openradioss_clean1"
+    assert str(tmp_path) not in (tmp_path / "moved" / "case.toml").read_text()

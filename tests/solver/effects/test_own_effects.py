@@ -66,3 +66,10 @@ def test_an_effect_that_would_change_what_is_recorded_is_refused_with_the_reason
 def test_a_unit_in_which_no_case_could_state_the_effect_is_refused(unit: str, why: str) -> None:
     with pytest.raises(UnitError, match=why):
         Effect("own", "something of one's own", unit, lambda *_: {}, lambda _: 1.0)
+
+
+def test_what_is_no_effect_and_a_name_of_an_answer_are_refused_with_what_to_do() -> None:
+    with pytest.raises(TypeError, match=r"3 is no effect; write register\(Effect\("):
+        register(3)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match='cannot be named "none", as an answer calls the model without effects'):
+        register(Effect("none", "something of one's own", "", lambda *_: {}, lambda _: 1.0))
