@@ -277,7 +277,8 @@ def test_a_copied_case_takes_its_baselines_along(tmp_path: Path) -> None:
     case = load_case(home / "shot.toml")
     copy_case(case, copy)
     shutil.rmtree(home)
-    moved = load_case(shutil.move(copy, tmp_path / "moved") / "case.toml")
+    shutil.move(copy, tmp_path / "moved")
+    moved = load_case(tmp_path / "moved" / "case.toml")
     assert case_hash(moved) == case_hash(case)
     first, second, shipped = moved.diagnosis.baselines
     assert [Path(path).read_text() for path in (first, second)] == ["home", "later"]
