@@ -244,6 +244,14 @@ def display(value: float, si: str) -> tuple[float, str]:
     return to_display(value, si), DISPLAY.get(si, si)
 
 
+def rounded(number: float, digits: int) -> str:
+    """A number to so many digits, without an exponent where a reader can do without one: "1230", not "1.23e+03"."""
+    text = f"{number:.{digits}g}"
+    if "e" not in text or not 1e-6 <= abs(number) < 1e7:
+        return text
+    return f"{Decimal(text):f}"
+
+
 def quantity_text(value: float, si: str) -> str:
     """Text that to_si reads back to the same double, in SI: quantity_text(0.01, "m") is "0.01 m"."""
     return f"{float(value)!r} {si}".strip()

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from birdstrike.data.key_labels import key_labels
-from birdstrike.data.units import display
+from birdstrike.data.units import display, rounded
 
 if TYPE_CHECKING:
     from birdstrike.solver.case.sections import Impact
@@ -23,14 +21,6 @@ def quantity(value: float, si_unit: str, digits: int = 3) -> str:
 def span(low: float, high: float, si_unit: str, digits: int = 3) -> str:
     """Two SI values with their unit once: "555 .. 643 Pa s"."""
     return f"{rounded(display(low, si_unit)[0], digits)} .. {quantity(high, si_unit, digits)}"
-
-
-def rounded(number: float, digits: int) -> str:
-    """A number to so many digits, without an exponent where a reader can do without one: "1230", not "1.23e+03"."""
-    text = f"{number:.{digits}g}"
-    if "e" not in text or not 1e-6 <= abs(number) < 1e7:
-        return text
-    return np.format_float_positional(float(text), trim="-")
 
 
 def runs_near_the_fits(refinement: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ from scipy.stats import norm
 from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array
-from birdstrike.data.units import display, from_si
+from birdstrike.data.units import display, rounded
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.alarm import SHARES
 from birdstrike.inversion.diagnosis.before_and_after import (
@@ -32,9 +32,9 @@ from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
-from birdstrike.inversion.formatting import label_parts, rounded
+from birdstrike.inversion.formatting import label_parts
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.effects import SHOWN
+from birdstrike.solver.case.effects import SHOWN, shown
 from birdstrike.solver.effects.registry import effects, kind_of
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
@@ -291,20 +291,12 @@ def magnitude_words(one: EffectFigures) -> str:
     if one.magnitude is None:
         return ""
     if one.at_bound:
-        return beyond(one.magnitude, one.interval_95, partial(sized, unit=one.unit))
+        return beyond(one.magnitude, one.interval_95, partial(shown, unit=one.unit))
     if one.interval_95 is None:
-        return sized(one.magnitude, one.unit)
+        return shown(one.magnitude, one.unit)
     unit = SHOWN.get(one.unit, one.unit)
-    low, high = (sized(x, one.unit).removesuffix(unit).strip() for x in one.interval_95)
-    return f"{sized(one.magnitude, one.unit)} (95 %: {low} .. {high} {unit}".rstrip() + ")"
-
-
-def sized(value: float, unit: str) -> str:
-    """A magnitude of an SI unit in that of engineers, with its sign: "+0.2 mm", "+5480 MPa"; "0 mm" of none."""
-    shown = SHOWN.get(unit, unit)
-    number = from_si(value, shown) if shown else value
-    sign = "+" if number > 0.0 else ""
-    return f"{sign}{rounded(number, 3)} {shown}".strip()
+    low, high = (shown(x, one.unit).removesuffix(unit).strip() for x in one.interval_95)
+    return f"{shown(one.magnitude, one.unit)} (95 %: {low} .. {high} {unit}".rstrip() + ")"
 
 
 def beyond(magnitude: float, interval_95: Sequence[float] | None, text: Callable[[float], str]) -> str:

@@ -13,7 +13,8 @@ import numpy as np
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import plain, quantity, rounded
+from birdstrike.data.units import rounded
+from birdstrike.inversion.formatting import plain, quantity
 from birdstrike.inversion.observations.observations import Channel, Observations
 from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN
 

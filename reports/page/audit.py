@@ -126,7 +126,7 @@ def _planted(one: Mapping[str, Any]) -> str:
 
 def _size(label: str, value: float) -> str:
     effect = effects().get(name_of(label))
-    return f"{value:.3g}" if effect is None else shown(effect, value)
+    return f"{value:.3g}" if effect is None else shown(value, effect.unit)
 
 
 def state(content: Mapping[str, Any]) -> str:

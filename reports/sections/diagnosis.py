@@ -12,14 +12,14 @@ from typing import Any
 import pandas as pd
 
 from birdstrike.data.errors import UserError
-from birdstrike.inversion.diagnosis.answer import beyond, headline, shot_with, sized
+from birdstrike.inversion.diagnosis.answer import beyond, headline, shot_with
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import in_words, plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.diagnosis import curves_figure, probability_figure, residual_figure
 from birdstrike.reports.sections.summary import signed
-from birdstrike.solver.case.effects import SHOWN
+from birdstrike.solver.case.effects import SHOWN, shown
 
 MOST_ROWS, MOST_WARNINGS, MOST_PAIRS = 12, 5, 5
 
@@ -304,7 +304,7 @@ def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
         probability,
         magnitude(one),
         "–" if share is None else f"{100 * share:.2g} %",
-        "–" if least is None else sized(least, one["unit"]).lstrip("+"),
+        "–" if least is None else shown(least, one["unit"]).lstrip("+"),
         alike or "–",
     )
 
@@ -314,7 +314,7 @@ def magnitude(one: Mapping[str, Any]) -> str:
     if one["magnitude"] is None:
         return "–"
     if one["at_bound"]:
-        return beyond(one["magnitude"], one["interval_95"], partial(sized, unit=one["unit"]))
-    low, high = (sized(x, one["unit"]) for x in one["interval_95"])
-    shown = SHOWN.get(one["unit"], one["unit"]) or ""
-    return f"{sized(one['magnitude'], one['unit'])} ({low.removesuffix(shown).strip()} to {high})"
+        return beyond(one["magnitude"], one["interval_95"], partial(shown, unit=one["unit"]))
+    low, high = (shown(x, one["unit"]) for x in one["interval_95"])
+    unit = SHOWN.get(one["unit"], one["unit"])
+    return f"{shown(one['magnitude'], one['unit'])} ({low.removesuffix(unit).strip()} to {high})"

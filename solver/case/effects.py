@@ -13,7 +13,7 @@ from pydantic import GetCoreSchemaHandler
 from pydantic_core import core_schema
 
 from birdstrike.data.errors import CaseError
-from birdstrike.data.units import UnitError, from_si, quantity_text, to_si
+from birdstrike.data.units import UnitError, from_si, quantity_text, rounded, to_si
 from birdstrike.solver.case.overlay import Raw, by_place, overlay
 from birdstrike.solver.effects.effect import SECTIONS, Declared, Effect
 from birdstrike.solver.effects.registry import effect_named, effects, kind_of
@@ -41,16 +41,17 @@ Act = Callable[[float], object]
 """Puts an effect of some magnitude into the case; raises CaseError where that makes the case wrong."""
 
 
-def shown(effect: Effect, value: float, digits: int = 3) -> str:
-    """A magnitude in the engineers' unit: "+0.2 mm"."""
-    unit = SHOWN.get(effect.unit, effect.unit)
-    number = from_si(value, unit) if unit else value
-    return f"{number:+.{digits}g} {unit}".strip() if number else f"0 {unit}".strip()
+def shown(value: float, unit: str, digits: int = 3) -> str:
+    """A magnitude of an SI unit in that of engineers, with its sign: "+0.2 mm", "+5480 MPa"; "0 mm" of none."""
+    theirs = SHOWN.get(unit, unit)
+    number = from_si(value, theirs) if theirs else value
+    sign = "+" if number > 0.0 else ""
+    return f"{sign}{rounded(number or 0.0, digits)} {theirs}".strip()
 
 
 def effect_limit_error(effect: Effect, case: Declared, value: float, error: CaseError, act: Act) -> list[str]:
     """The lines of an error that an effect has made, with the nearest magnitude that fits the case."""
-    given = f"effects.{effect.name} = {shown(effect, value, 6)}"
+    given = f"effects.{effect.name} = {shown(value, effect.unit, 6)}"
     limit = nearest(value, effect.size(case), partial(fits, act))
     if limit is None:
         return [f"{given} makes the case wrong: {line}" for line in error.errors]
@@ -92,7 +93,7 @@ def limit_text(effect: Effect, limit: float, beyond: float, fit: Callable[[float
     safer = limit * (1.0 + NARROW if abs(beyond) < abs(limit) else 1.0 - NARROW)
     for value in (limit, safer):
         for digits in (2, 3, 4, 5):
-            text = shown(effect, value, digits)
+            text = shown(value, effect.unit, digits)
             if fit(to_si(text, effect.unit) if effect.unit else float(text)):
                 return text
     return quantity_text(limit, effect.unit) if effect.unit else repr(limit)
@@ -180,7 +181,7 @@ def magnitude_text(effect: Effect, value: float) -> str | float:
 def stated(case: Stating) -> list[str]:
     """One line an effect of the case: `effects.plate_thickness = +0.2 mm: a thicker plate`."""
     return [
-        f"effects.{name} = {shown(one := effect_named(name), size)}: {one.meaning}"
+        f"effects.{name} = {shown(size, (one := effect_named(name)).unit)}: {one.meaning}"
         for name, size in case.effects.items()
     ]
 
@@ -234,6 +235,8 @@ def _refusals(effect: Effect, case: Declared, value: float) -> list[str]:
     if reason := effect.refuses(case):
         return [f"effects.{effect.name}: {reason}"]
     if value < effect.least(case):
-        least = shown(effect, effect.least(case))
-        return [f"effects.{effect.name} = {shown(effect, value)} is below {least}, the least that means anything here"]
+        least = shown(effect.least(case), effect.unit)
+        return [
+            f"effects.{effect.name} = {shown(value, effect.unit)} is below {least}, the least that means anything here"
+        ]
     return []
