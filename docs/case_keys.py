@@ -358,7 +358,7 @@ def of_effects() -> Iterator[Row]:
     case = load_case("reference_strike")
     for name, effect in effects().items():
         signs = "above 0" if effect.one_sided(case) else "both signs"
-        size = f"{signs}; a plausible size is {shown(effect, effect.size(case)).lstrip('+')}"
+        size = f"{signs}; a plausible size is {shown(effect.size(case), effect.unit).lstrip('+')}"
         meaning = effect.meaning[0].upper() + effect.meaning[1:] + "."
         unit = SHOWN.get(effect.unit, effect.unit) or "number"
         yield f"`effects.{name}`", unit, size, "0", meaning

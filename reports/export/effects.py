@@ -139,11 +139,11 @@ def effect_lines(found: FoundEffects, system: UnitSystem, code: str) -> list[str
 
 def _about(effect: FoundEffect) -> Iterator[str]:
     known = effect_named(_acting(effect.whole))
-    magnitude = shown(known, effect.magnitude, 4)
+    magnitude = shown(effect.magnitude, known.unit, 4)
     limits = effect.interval_95
     interval = "no interval"
     if limits is not None:
-        interval = f"95 % interval {shown(known, limits[0], 4)} .. {shown(known, limits[1], 4)}"
+        interval = f"95 % interval {shown(limits[0], known.unit, 4)} .. {shown(limits[1], known.unit, 4)}"
     yield f"Effect {effect.whole}: {known.meaning}"
     yield f"magnitude {magnitude}, {interval}, probability {effect.probability:.3g}"
 

@@ -316,5 +316,5 @@ def magnitude(one: Mapping[str, Any]) -> str:
     if one["at_bound"]:
         return beyond(one["magnitude"], one["interval_95"], partial(shown, unit=one["unit"]))
     low, high = (shown(x, one["unit"]) for x in one["interval_95"])
-    unit = SHOWN.get(one["unit"], one["unit"])
+    unit = SHOWN.get(one["unit"]) or one["unit"]
     return f"{shown(one['magnitude'], one['unit'])} ({low.removesuffix(unit).strip()} to {high})"
