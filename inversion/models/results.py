@@ -14,6 +14,8 @@ from birdstrike.data.files import write_atomically
 from birdstrike.inversion.results.estimates import Estimate
 
 SCHEMA_VERSION = 1
+ANSWER = "answer.json"
+"""One model's answer in its folder, which a repeated call reads."""
 
 
 @dataclass(frozen=True)

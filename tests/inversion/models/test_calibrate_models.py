@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -159,6 +160,26 @@ def test_repeating_the_call_simulates_nothing(calibrated: Calibrated) -> None:
         )
     assert not rig.CALLS
     assert again.as_json() == turned.as_json() == calibrated.found.as_json()
+
+
+def test_models_that_an_earlier_call_calibrated_are_kept_and_said_to_be_left_out(
+    calibrated: Calibrated, tmp_path: Path
+) -> None:
+    folder = shutil.copytree(calibrated.folder, tmp_path / "models")
+    cases, records = rig.shots()
+
+    def repeated(*names: str) -> ModelComparison:
+        return calibrate_models(cases, longer(records), folder, names, runs=RUNS, workers=1, posterior=False)
+
+    with rig.formula_for_solver():
+        rig.CALLS.clear()
+        fewer = repeated("null")
+        assert fewer.ranking == ("null",)
+        assert fewer.warnings[0].startswith("murnaghan: calibrated in this folder by an earlier call and not ranked")
+        assert "--models null,murnaghan:" in fewer.warnings[0]
+        assert fewer.warnings[0] in json.loads((folder / "models.json").read_text(encoding="utf-8"))["warnings"]
+        assert repeated(*NAMES).as_json() == calibrated.found.as_json()
+    assert not rig.CALLS
 
 
 def test_the_page_says_who_predicts_best_beside_published_constants(calibrated: Calibrated) -> None:
