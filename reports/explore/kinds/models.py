@@ -15,6 +15,7 @@ import numpy as np
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.formatting import plain, span
+from birdstrike.inversion.models.results import COMPARISON, model_of, read_comparison
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs
 from birdstrike.surrogate.files import load_emulator, read_runs
@@ -22,18 +23,21 @@ from birdstrike.surrogate.weights import emulator_table
 
 
 def holds(folder: Path) -> bool:
-    """Whether calibrate-models has finished here."""
-    return (folder / "models.json").is_file()
+    """Whether calibrate-models has finished here, or this is the folder of one of its models."""
+    return (folder / COMPARISON).is_file() or model_of(folder) is not None
 
 
 def read(folder: Path) -> tuple[View, ...]:
-    """One view for every model that has an answer; raises UserError for a folder that is not whole."""
-    content = json.loads((folder / "models.json").read_text(encoding="utf-8"))
-    missing = [name for name in content["ranking"] if not (folder / name / "emulator.json").is_file()]
-    if missing or not content["ranking"]:
+    """One view for every model that has an answer, or for the one whose folder it is; raises UserError for a folder
+    that is not whole."""
+    folder, model = model_of(folder) or (folder, "")
+    content = read_comparison(folder, model)
+    names = [model] if model else content["ranking"]
+    missing = [name for name in names if not (folder / name / "emulator.json").is_file()]
+    if missing or not names:
         raise UserError(f"no emulator of {', '.join(missing) or 'any model'} in {folder}; repeat calibrate-models")
     records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in content["speeds"]}
-    return tuple(_view(folder / name, name, content, records) for name in content["ranking"])
+    return tuple(_view(folder / name, name, content, records) for name in names)
 
 
 def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, Measured]) -> View:

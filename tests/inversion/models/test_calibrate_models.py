@@ -30,6 +30,7 @@ from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
 from birdstrike.reports.explore.explore import explore
 from birdstrike.reports.explore.kinds.registry import kind_of
 from birdstrike.reports.page.models import write_models_page
+from birdstrike.reports.results.parts import find_parts
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.write import case_toml
 from tests.inversion.models import rig
@@ -200,6 +201,17 @@ def test_the_page_to_play_with_has_a_view_for_each_model(calibrated: Calibrated)
     assert [one["name"] for one in views[0].presets] == ["calibrated", "published"]
     assert [shot["name"] for shot in views[0].shots] == ["shot_0, 60 m/s", "shot_1, 100 m/s"]
     assert explore(calibrated.folder).is_file()
+
+
+def test_the_page_to_play_with_of_one_model_s_folder_is_of_this_model(calibrated: Calibrated, tmp_path: Path) -> None:
+    place = calibrated.folder / "null"
+    assert [view.title for view in kind_of(place).read(place)] == ["Bird model null"]
+    assert explore(place, tmp_path / "page.html").is_file()
+
+
+def test_neither_report_nor_evidence_is_of_one_model_s_folder(calibrated: Calibrated) -> None:
+    with pytest.raises(UserError, match=r"is of the bird model null in .* predict --from take it"):
+        find_parts(calibrated.folder / "null")
 
 
 def test_a_single_record_is_tested_on_its_own_thirds(tmp_path: Path) -> None:

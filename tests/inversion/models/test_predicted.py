@@ -16,6 +16,7 @@ from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
 from birdstrike.inversion.prediction.from_models import read_models
 from birdstrike.inversion.prediction.predict import PredictOptions, predict
+from birdstrike.inversion.prediction.reading import read_learnt
 from tests.inversion.models import rig
 
 
@@ -41,6 +42,20 @@ def test_the_bands_between_two_learnt_speeds_hold_the_truth(folder: Path, tmp_pa
         inside = (truth.channels[name] >= low - 1e-12) & (truth.channels[name] <= high + 1e-12)
         assert inside.mean() > 0.9, name
         assert np.ptp([low.max(), high.max()]) < 0.1 * truth.channels[name].max()
+
+
+def test_a_model_s_own_folder_tells_of_this_model_alone(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    learnt = read_learnt(folder / "murnaghan")
+    assert [(one.label, one.probability) for one in learnt.explanations] == [("murnaghan", 1.0)]
+    assert any("the bird model murnaghan alone" in line for line in learnt.said)
+    monkeypatch.chdir(folder / "murnaghan")
+    assert read_learnt(Path()).explanations[0].label == "murnaghan"
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    (copy / "murnaghan").rename(copy / "null")
+    with pytest.raises(UserError, match=r'ranks no model "null" but murnaghan; .* --models murnaghan,null'):
+        read_learnt(copy / "null")
 
 
 def test_a_model_without_a_stored_sample_is_drawn_from_its_intervals(folder: Path, tmp_path: Path) -> None:
@@ -87,5 +102,5 @@ def test_a_missing_run_of_a_model_is_named_with_the_remedy(folder: Path, tmp_pat
 
 def test_a_damaged_comparison_is_refused_with_the_remedy(tmp_path: Path) -> None:
     (tmp_path / "models.json").write_text('{"models": ', encoding="utf-8")
-    with pytest.raises(UserError, match="is damaged; repeat the command"):
+    with pytest.raises(UserError, match="is damaged; repeat birdstrike calibrate-models"):
         read_models(tmp_path)
