@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from birdstrike import export
 from birdstrike.cli.app import app
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.errors import RunFailed, UserError
@@ -207,6 +208,44 @@ def test_the_page_to_play_with_of_one_model_s_folder_is_of_this_model(calibrated
     place = calibrated.folder / "null"
     assert [view.title for view in kind_of(place).read(place)] == ["Bird model null"]
     assert explore(place, tmp_path / "page.html").is_file()
+
+
+def test_the_cards_of_a_model_say_what_is_known_of_its_constants(calibrated: Calibrated, tmp_path: Path) -> None:
+    best = export(calibrated.folder, tmp_path / "best.k").read_text(encoding="utf-8")
+    own = calibrated.content["models"]["murnaghan"]["parameters"]
+    assert f"{own['bird.material.eos.B']['value'] / 1e9:.5g}" in best  # GPa
+    said = " ".join(best.replace("$", " ").split())
+    assert "Bird model murnaghan calibrated by calibrate-models (models.json), place 1 of 2, held-out error" in said
+    assert "viscosity: identified, " in said
+    assert "eos.g: NOT IDENTIFIED in 4 .. 12" in said
+    assert "Records: shot_0.csv, shot_1.csv, SIMULATED, NOT MEASURED." in said
+    assert calibrated.found.models["murnaghan"].combinations["bulk_modulus"].sentence in said
+    named = export(calibrated.folder, tmp_path / "named.rad", to="radioss", model="null").read_text(encoding="utf-8")
+    assert named == export(calibrated.folder / "null", tmp_path / "own.rad", to="radioss").read_text(encoding="utf-8")
+    assert "place 2 of 2" in named
+    assert "NO CONSTANTS in its ranges produce the records" in named
+
+
+@pytest.mark.parametrize(
+    ("source", "given", "said"),
+    [
+        ("", {"model": "jelly"}, r'ranks no model "jelly" but murnaghan, null; to have it'),
+        ("null", {"model": "elastic"}, r"--model elastic: .*null is of the bird model null; give "),
+        ("", {"method": "network"}, r"--case and --method are of inversions; a model of .* is chosen by --model alone"),
+        ("null/shot_0/case.toml", {"model": "null"}, r"--model null chooses from the folder of birdstrike calibrate-"),
+    ],
+)
+def test_a_model_that_cannot_be_exported_is_named(
+    calibrated: Calibrated, tmp_path: Path, source: str, given: dict[str, str], said: str
+) -> None:
+    with pytest.raises(UserError, match=said):
+        export(calibrated.folder / source, tmp_path / "bird.k", **given)
+
+
+def test_the_command_names_the_cards_after_the_model(calibrated: Calibrated) -> None:
+    words = ["export", str(calibrated.folder / "null"), "--to", "radioss"]
+    assert CliRunner().invoke(app, words).exit_code == 0
+    assert (calibrated.folder / "bird_null.rad").is_file()
 
 
 def test_neither_report_nor_evidence_is_of_one_model_s_folder(calibrated: Calibrated) -> None:
