@@ -100,7 +100,7 @@ def chosen_model(folder: Path, model: str = "") -> tuple[Path, str] | None:
     folder: that of calibrate-models, or one of a model in it; model: the name given, "" for the first of the ranking.
     Raises UserError for a model that has no answer, and for a name where there are no models to choose from.
     """
-    whole, own = (folder, "") if (folder / COMPARISON).is_file() else model_of(folder) or (None, "")
+    whole, own = (folder, "") if maker_of(folder) == "calibrate-models" else model_of(folder) or (None, "")
     if whole is None:
         if model:
             raise UserError(f"--model {model} chooses from the folder of birdstrike calibrate-models, not {folder}")

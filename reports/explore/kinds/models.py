@@ -14,8 +14,9 @@ import numpy as np
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import UserError
+from birdstrike.data.out_folder import maker_of
 from birdstrike.inversion.formatting import plain, span
-from birdstrike.inversion.models.results import COMPARISON, model_of, read_comparison
+from birdstrike.inversion.models.results import model_of, read_comparison
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs
 from birdstrike.surrogate.files import load_emulator, read_runs
@@ -23,8 +24,8 @@ from birdstrike.surrogate.weights import emulator_table
 
 
 def holds(folder: Path) -> bool:
-    """Whether calibrate-models has finished here, or this is the folder of one of its models."""
-    return (folder / COMPARISON).is_file() or model_of(folder) is not None
+    """Whether calibrate-models works or has finished here, or this is the folder of one of its models."""
+    return maker_of(folder) == "calibrate-models" or model_of(folder) is not None
 
 
 def read(folder: Path) -> tuple[View, ...]:

@@ -20,6 +20,7 @@ from birdstrike.cli.app import app
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
+from birdstrike.data.out_folder import MARK
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.registry import make_design
@@ -224,6 +225,13 @@ def test_the_cards_of_a_model_say_what_is_known_of_its_constants(calibrated: Cal
     assert named == export(calibrated.folder / "null", tmp_path / "own.rad", to="radioss").read_text(encoding="utf-8")
     assert "place 2 of 2" in named
     assert "NO CONSTANTS in its ranges produce the records" in named
+
+
+def test_of_a_folder_where_no_call_has_finished_the_resumption_is_named(tmp_path: Path) -> None:
+    (tmp_path / MARK).write_text('{"command": "calibrate-models"}', encoding="utf-8")
+    for read in (explore, export):
+        with pytest.raises(UserError, match="make it, or resume what was interrupted, with: birdstrike calibrate-mod"):
+            read(tmp_path, tmp_path / "bird.k")
 
 
 @pytest.mark.parametrize(
