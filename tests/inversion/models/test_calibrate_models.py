@@ -31,6 +31,7 @@ from birdstrike.inversion.models.ranking import bootstrap, ranked, shot_error
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
 from birdstrike.reports.explore.explore import explore
 from birdstrike.reports.explore.kinds.registry import kind_of
+from birdstrike.reports.figures.calibrated_models import heldout_figure
 from birdstrike.reports.page.models import write_models_page
 from birdstrike.reports.results.parts import find_parts
 from birdstrike.solver.case.case import Case, load_case
@@ -190,9 +191,19 @@ def test_the_page_says_who_predicts_best_beside_published_constants(calibrated: 
     assert calibrated.found.sentence in page
     assert "7.98" in page  # the published gamma
     assert 'data-switch="published"' in page
-    by_shot = page[page.index("Error over noise of the solver with calibrated") :]
-    assert by_shot[: by_shot.index("</thead>")].count("<th") == 5  # <thead> and four columns, however many shots
+    for caption, columns in (("1 being noise, and the expected error", 3), ("Error over noise of the solver with", 5)):
+        table = page[page.index(caption) :]
+        assert table[: table.index("</thead>")].count("<th") == 1 + columns  # <thead>; however many shots
     assert set(re.findall(r"https?://[^\s\"'<>)]*", page)) == {"http://www.w3.org/2000/svg"}
+
+
+def test_names_of_many_shots_do_not_run_into_one_another_below_the_figure() -> None:
+    shots = {f"shot_{i}_of_the_rig, {60 + 10 * i} m/s": {"null": (1.0, (0.9, 1.1))} for i in range(7)}
+    figure = heldout_figure(shots, ["null"])
+    figure.canvas.draw()
+    boxes = [label.get_window_extent() for label in figure.axes[0].get_xticklabels()]
+    assert all(label.get_rotation() == 20.0 for label in figure.axes[0].get_xticklabels())
+    assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for box in boxes)
 
 
 def test_the_page_to_play_with_has_a_view_for_each_model(calibrated: Calibrated) -> None:
