@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.models.results import read_comparison
 from birdstrike.inversion.models.scaled import Scale
+from birdstrike.inversion.models.warning_summary import summarised
 from birdstrike.inversion.prediction.from_inversion import NO_SAMPLE, rough_draws
 from birdstrike.inversion.prediction.learnt import (
     Explanation,
@@ -66,7 +67,7 @@ def read_models(folder: Path, model: str = "") -> Learnt:
         corrected=False,
         diagnosed=False,
         said=said,
-        warnings=(*content.get("warnings", ()), *(f"{name}: {NO_SAMPLE}" for name in rough)),
+        warnings=(*_warnings(content, kept), *(f"{name}: {NO_SAMPLE}" for name in rough)),
     )
 
 
@@ -74,6 +75,17 @@ def _which(kept: Sequence[str], shares: Mapping[str, float]) -> str:
     if len(kept) == 1:
         return f"the bird model {kept[0]} alone (probability of being the best {100 * shares[kept[0]]:.0f} %)"
     return f"{len(kept)} bird models by their probability of being the best ({', '.join(kept)})"
+
+
+def _warnings(content: Mapping[str, Any], kept: Sequence[str]) -> Iterator[str]:
+    """Those of the comparison as a whole, then those of the models that are used, and of no other."""
+    own = {
+        name: (f"no answer: {one['failure']}",) if one.get("failure") else tuple(one.get("warnings", ()))
+        for name, one in content["models"].items()
+    }
+    of_models = summarised(own)
+    yield from (line for line in content.get("warnings", ()) if line not in of_models)
+    yield from summarised({name: own[name] for name in kept})
 
 
 def _explanation(

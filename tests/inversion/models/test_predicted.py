@@ -14,6 +14,7 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
+from birdstrike.inversion.models.warning_summary import summarised
 from birdstrike.inversion.prediction.from_models import read_models
 from birdstrike.inversion.prediction.predict import PredictOptions, predict
 from birdstrike.inversion.prediction.reading import read_learnt
@@ -56,6 +57,17 @@ def test_a_model_s_own_folder_tells_of_this_model_alone(
     (copy / "murnaghan").rename(copy / "null")
     with pytest.raises(UserError, match=r'ranks no model "null" but murnaghan; .* --models murnaghan,null'):
         read_learnt(copy / "null")
+
+
+def test_models_that_are_not_used_are_not_warned_of(folder: Path, tmp_path: Path) -> None:
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    content = json.loads((copy / "models.json").read_text(encoding="utf-8"))
+    of_other = "bird.particles = 9 is too coarse: expect an error"
+    content["models"]["null"] = {"failure": None, "warnings": [of_other], "probability_best": 0.0}
+    content["models"]["murnaghan"]["warnings"] = ["its own"]
+    content["warnings"] = ["of the comparison", *summarised({"murnaghan": ["its own"], "null": [of_other]})]
+    (copy / "models.json").write_text(json.dumps(content), encoding="utf-8")
+    assert read_models(copy).warnings == ("of the comparison", "murnaghan: its own")
 
 
 def test_a_model_without_a_stored_sample_is_drawn_from_its_intervals(folder: Path, tmp_path: Path) -> None:
