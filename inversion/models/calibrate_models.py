@@ -27,7 +27,7 @@ from birdstrike.inversion.models.optimisers import refuse_unknown
 from birdstrike.inversion.models.ranking import Ranked, ranked
 from birdstrike.inversion.models.results import ANSWER, ModelAnswer, ModelComparison, save_answer, saved_answer
 from birdstrike.inversion.models.simulations import LatePool
-from birdstrike.inversion.models.warning_summary import summarised
+from birdstrike.inversion.models.warning_summary import DOUBTS_THE_RECORD, summarised
 from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.solver.case.case import CaseSource, as_case
 from birdstrike.solver.sources import digest_files
@@ -242,7 +242,7 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
     by = "shot" if len(setups) > 1 else "time block"
     sentences = {shot: _of_shot(found, shot, order) for shot, order in found.per_shot.items()}
     speeds = {setup.name: setup.case.impact.speed for setup in setups}
-    own = {n: (f"no answer: {one.failure}",) if one.failure else one.warnings for n, one in answers.items()}
+    own = {n: (f"no answer: {one.failure}",) if one.failure else _told(one, found) for n, one in found.answers.items()}
     return ModelComparison(
         models=found.answers,
         ranking=found.ranking,
@@ -258,6 +258,14 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
         seed=seed,
         warnings=(*_missed(found), *summarised(own)),
     )
+
+
+def _told(answer: ModelAnswer, found: Ranked) -> tuple[str, ...]:
+    """A model's warnings; where it misses a record that the first model follows, it has no say on that record's clock
+    and sign."""
+    if not misses(answer.expected_95) or misses(found.answers[found.ranking[0]].expected_95):
+        return tuple(answer.warnings)
+    return tuple(line for line in answer.warnings if not DOUBTS_THE_RECORD.search(line))
 
 
 def _of_shot(found: Ranked, shot: str, order: Sequence[str]) -> str:

@@ -383,6 +383,22 @@ def test_even_the_best_model_is_said_to_miss_where_it_does(sizes: tuple[float, f
         assert ("a predicts best (held-out error" in sentence) is not missed
 
 
+@pytest.mark.parametrize(("best", "told"), [(1.0, False), (15.0, True)])
+def test_a_model_that_misses_does_not_doubt_a_record_that_another_follows(best: float, told: bool) -> None:
+    late = "force lies beside the runs best when its clock is moved by +0.10 ms; a late or early trigger?"
+    answers = {
+        "a": replace(of_size(best), name="a"),
+        "b": replace(of_size(30.0), name="b", warnings=(late, "another")),
+    }
+    setup: Any = SimpleNamespace(
+        name="shot", case=load_case("demo_rig"), measured=Measured(np.zeros(1), {}, {}, {}, ())
+    )
+    found = _compared(answers, [setup], 0)
+    assert (f"beside the runs of b: {late}" in found.warnings) is told
+    assert "b: another" in found.warnings
+    assert found.models["b"].warnings == (late, "another")
+
+
 def test_tied_models_and_one_alone_are_said_to_miss_too() -> None:
     assert "even the first misses" in _verdict({"a": 9.0}, ["a"], (), (8.0, 10.0))
     assert "even the first misses" in _verdict({"a": 9.0, "b": 9.1}, ["a", "b"], ("a", "b"), (8.0, 10.0))
