@@ -54,6 +54,9 @@ def test_a_model_s_own_folder_tells_of_this_model_alone(
     monkeypatch.chdir(folder / "murnaghan")
     assert read_learnt(Path()).explanations[0].label == "murnaghan"
     copy = shutil.copytree(folder, tmp_path / "copy")
+    shutil.copytree(copy / "murnaghan", copy / "elastic")
+    with pytest.raises(UserError, match=r"--only elastic: no explanation; .* elastic alone: --from .*copy.elastic"):
+        predict(rig.shot(80.0), copy, tmp_path / "out", PredictOptions(only=("elastic",)))
     (copy / "murnaghan").rename(copy / "null")
     with pytest.raises(UserError, match=r'ranks no model "null" but murnaghan; .* --models murnaghan,null'):
         read_learnt(copy / "null")
