@@ -13,7 +13,6 @@ from pydantic import TypeAdapter
 from birdstrike.data.display import Displayed
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
-from birdstrike.data.out_folder import maker_of
 from birdstrike.inversion.results.estimates import Estimate
 
 SCHEMA_VERSION = 1
@@ -189,16 +188,6 @@ def saved_answer(path: Path, fingerprint: str) -> ModelAnswer | None:
         return _ANSWER.validate_python(tree["answer"]) if tree["fingerprint"] == fingerprint else None
     except (OSError, ValueError, KeyError):
         return None
-
-
-def model_of(folder: Path) -> tuple[Path, str] | None:
-    """The calibrate-models' folder in which this one is a bird model's, and the model; None for any other folder."""
-    place = folder.resolve()
-    if maker_of(place) is not None or maker_of(place.parent) != "calibrate-models":
-        return None
-    if not any(place.glob("*/case.toml")):  # its campaigns
-        return None
-    return (folder.parent if folder.name == place.name else place.parent), place.name
 
 
 def read_comparison(folder: Path, model: str = "") -> dict[str, Any]:

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from birdstrike.data.errors import UnitError, UserError
+from birdstrike.data.out_folder import model_of
 from birdstrike.data.units import to_si
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.doe.campaign.simulations import Simulations
-from birdstrike.inversion.models.results import model_of
 from birdstrike.inversion.prediction.answer import (
     Band,
     Limit,

@@ -12,10 +12,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.out_folder import maker_of
+from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.estimation.verification import error_words
 from birdstrike.inversion.formatting import flight, quantity, span
-from birdstrike.inversion.models.results import COMPARISON, model_of, read_comparison
+from birdstrike.inversion.models.results import COMPARISON, read_comparison
 from birdstrike.inversion.results.estimates import Answer, Estimate
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.bird.materials.interface import BirdMaterial

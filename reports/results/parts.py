@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.out_folder import maker_of
-from birdstrike.inversion.models.results import model_of
+from birdstrike.data.out_folder import maker_of, model_of
 
 CAMPAIGN_FILES = ("case.toml", "design.csv", "curves.csv", "summary.json")
 INVERSION_FILES = ("inversion.json", "verification.csv")
