@@ -34,15 +34,22 @@ def read(folder: Path) -> tuple[View, ...]:
     folder, model = model_of(folder) or (folder, "")
     content = read_comparison(folder, model)
     names = [model] if model else content["ranking"]
-    missing = [name for name in names if not (folder / name / "emulator.json").is_file()]
+    missing = [name for name in names if "noise" not in _read_json(folder / name / "emulator.json")]
     if missing or not names:
-        raise UserError(f"no emulator of {', '.join(missing) or 'any model'} in {folder}; repeat calibrate-models")
+        raise UserError(
+            f"no emulator of {', '.join(missing) or 'any model'} in {folder}, or one of an earlier version; repeat "
+            "calibrate-models with the same --out, whose simulations are stored"
+        )
     records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in content["speeds"]}
     return tuple(_view(folder / name, name, content, records) for name in names)
 
 
+def _read_json(path: Path) -> dict[str, Any]:
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+
+
 def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, Measured]) -> View:
-    own, model = json.loads((folder / "emulator.json").read_text(encoding="utf-8")), content["models"][name]
+    own, model = _read_json(folder / "emulator.json"), content["models"][name]
     emulator = load_emulator(folder / "emulator.npz")
     theta, curves = read_runs(folder / "emulator.npz")
     presets = [preset("calibrated", own["calibrated"])]
@@ -56,7 +63,8 @@ def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, M
         parameters=[_slider(key, own, model["parameters"].get(key)) for key in emulator.names],
         systems=[emulator_table(emulator)],
         shots=[
-            _shot(shot, content["speeds"][shot], own["channels"][shot], measured) for shot, measured in records.items()
+            _shot(f"{shot}, {content['speeds'][shot]:g} m/s", own["channels"][shot], own["noise"][shot], measured)
+            for shot, measured in records.items()
         ],
         answers=said,
         presets=presets,
@@ -87,15 +95,15 @@ def _slider(key: str, own: dict[str, Any], estimate: dict[str, Any] | None) -> T
     return table
 
 
-def _shot(name: str, speed: float, channels: dict[str, str], measured: Measured) -> Table:
+def _shot(name: str, channels: dict[str, str], noise: dict[str, float], measured: Measured) -> Table:
+    """channels: name -> that of the emulator; noise: channel -> standard deviation that the errors are told against."""
     sensors = []
     for plain_name, key in channels.items():
         time, values = measured.points(plain_name)
-        sigma = measured.sigma.get(plain_name)
-        noise = float(np.nanmean(sigma)) if sigma is not None else None
-        seen = record(time, values, np.full(len(time), noise if noise is not None else np.nan), measured.path)
-        sensors.append(channel(key, measured.units[plain_name], noise, seen, plain(plain_name)))
-    return {"name": f"{name}, {speed:g} m/s", "system": 0, "channels": sensors}
+        sigma = noise.get(plain_name)
+        seen = record(time, values, np.full(len(time), np.nan if sigma is None else sigma), measured.path)
+        sensors.append(channel(key, measured.units[plain_name], sigma, seen, plain(plain_name)))
+    return {"name": name, "system": 0, "channels": sensors}
 
 
 KIND = Kind("calibrate-models", holds, read)

@@ -216,6 +216,18 @@ def test_the_page_to_play_with_has_a_view_for_each_model(calibrated: Calibrated)
     assert explore(calibrated.folder).is_file()
 
 
+def test_the_page_to_play_with_tells_the_misfit_of_a_record_whose_noise_the_case_states(tmp_path: Path) -> None:
+    cases, records = rig.shots()
+    stated = cases[0].overlaid({"sensors": {"displacement_centre": {"noise": "0.01 mm"}}})
+    bare = replace(records[0], sigma={})
+    with rig.formula_for_solver():
+        calibrate_models(stated, bare, tmp_path, ["null"], runs=RUNS, workers=1, posterior=False)
+    (view,) = kind_of(tmp_path).read(tmp_path)
+    for sensor in view.shots[0]["channels"]:
+        assert sensor["noise"] == stated.sensors[sensor["name"]].noise
+        assert np.isfinite(sensor["record"]["sigma"]).all()
+
+
 def test_the_page_to_play_with_of_one_model_s_folder_is_of_this_model(calibrated: Calibrated, tmp_path: Path) -> None:
     place = calibrated.folder / "null"
     assert [view.title for view in kind_of(place).read(place)] == ["Bird model null"]
