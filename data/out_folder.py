@@ -36,6 +36,11 @@ def reserved(folder: Path, command: str) -> Iterator[None]:
     there before is marked only if the command succeeds.
     """
     maker, was_there = maker_of(folder), folder.is_dir()
+    if of_model := model_of(folder):
+        raise UserError(
+            f"{folder} is of the bird model {of_model[1]} in {of_model[0]}, which birdstrike calibrate-models made; "
+            f"the output of {command} does not go into it: choose another --out"
+        )
     if maker not in (None, command):
         raise UserError(
             f"{folder} was made by birdstrike {maker}; the output of {command} does not go into it, because both write "
@@ -56,6 +61,16 @@ def maker_of(folder: Path) -> str | None:
         return str(json.loads((folder / MARK).read_text(encoding="utf-8"))["command"])
     found = (name for name, files in TELLTALES.items() if all((folder / file).is_file() for file in files))
     return next(found, None)
+
+
+def model_of(folder: Path) -> tuple[Path, str] | None:
+    """The calibrate-models' folder in which this one is a bird model's, and the model; None for any other folder."""
+    place = folder.resolve()
+    if maker_of(place) is not None or maker_of(place.parent) != "calibrate-models":
+        return None
+    if not any(place.glob("*/case.toml")):  # its campaigns
+        return None
+    return (folder.parent if folder.name == place.name else place.parent), place.name
 
 
 def _mark(folder: Path, command: str) -> None:

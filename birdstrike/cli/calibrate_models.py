@@ -66,7 +66,12 @@ def command(
     that the records cannot tell apart share the first place. Ranges come with
     the models; a case may state its own under inversion.models.NAME.
 
+    Called again with the same --out, it resumes; models.json and the page
+    rank the models that --models names.
+
     Example: birdstrike calibrate-models flat_plate_002_70 --measured flat_plate_002_70 --out models
+
+    Two shots: birdstrike calibrate-models a.toml --measured a.csv --case b.toml --measured b.csv --out models
     """
     from birdstrike.inversion.models.calibrate_models import calibrate_models
     from birdstrike.reports.page.models import write_models_page
@@ -78,13 +83,13 @@ def command(
             cases,
             list(measured),
             out,
-            names_of(models),
+            names_of(models, "--models", "null,elastic"),
             runs,
             seed,
             workers,
             channels=names_of(channels),
             posterior=posterior,
-            optimisers=names_of(optimisers),
+            optimisers=names_of(optimisers, "--optimisers", "least_squares"),
             budget=budget,
             retry_failed=retry_failed,
             progress=lambda _, share: advance(share),

@@ -15,7 +15,8 @@ def command(
     folder: Annotated[
         Path,
         typer.Argument(
-            metavar="DIR", help="Folder that run-doe, train-and-invert, diagnose or close-the-loop has made."
+            metavar="DIR",
+            help="Folder that run-doe, train-and-invert, diagnose, calibrate-models or close-the-loop has made.",
         ),
     ],
     out: Annotated[Path | None, typer.Option(help="The page; by default DIR/explore.html.")] = None,

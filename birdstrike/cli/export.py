@@ -49,18 +49,19 @@ def export(
     method: str = "best",
     deck: bool = False,
     settings: Mapping[str, Any] | None = None,
+    model: str = "",
 ) -> Path:
     """Write the cards of a case's bird or of an inverted one, or a case's whole deck; the file's path.
 
-    source: a case, or the folder of train-and-invert, diagnose or close-the-loop; to: lsdyna or radioss; units: a name
-    of data.unit_systems; deck: everything that runs, from a case; settings: dotted keys laid over a case. Raises
-    UserError, also where ansys-dyna-core (the extra `lsdyna`) is not installed and the cards of a bird for LS-DYNA want
-    it.
+    source: a case, or the folder of train-and-invert, diagnose, calibrate-models or close-the-loop; to: lsdyna or
+    radioss; units: a name of data.unit_systems; deck: everything that runs, from a case; settings: dotted keys laid
+    over a case; model: which one of calibrate-models, the first of its ranking where none is named. Raises UserError,
+    also where ansys-dyna-core (the extra `lsdyna`) is not installed and the cards of a bird for LS-DYNA want it.
     """
     _known(to)
     if deck:
         return _write_deck(source, out, to, units, settings).files[0]
-    _write_cards(source, out, to, units, case, method, settings)
+    _write_cards(source, out, to, units, case, method, settings, model)
     return Path(out)
 
 
@@ -102,6 +103,7 @@ def _write_cards(
     case: str | Path | None,
     method: str,
     settings: Mapping[str, Any] | None,
+    model: str,
 ) -> int:
     """Writes the birds' cards and those of the effects in a folder; how many effects."""
     from birdstrike.data.files import write_atomically
@@ -114,7 +116,7 @@ def _write_cards(
     system, folder = unit_system(units), Path(source)
     if folder.is_dir() and settings:
         raise UserError(f"--set changes a case, and {source} is a folder; leave it out, or give a case")
-    birds = read_export(source, case, method, settings)
+    birds = read_export(source, case, method, settings, model)
     found = read_effects(folder, case) if folder.is_dir() else None
     lines = [] if found is None else effect_lines(found, system, to)
     if to == Target.lsdyna:
@@ -124,22 +126,40 @@ def _write_cards(
     return 0 if found is None else len(found.effects)
 
 
+def _default_path(folder: Path, model: str, ending: str) -> Path:
+    """Where the cards go: into a folder of results, or beside the user for a case."""
+    from birdstrike.reports.export.exported import chosen_model
+
+    if (chosen := chosen_model(folder, model)) is not None:
+        return chosen[0] / f"bird_{chosen[1]}{ending}"
+    return folder / f"bird{ending}" if folder.is_dir() else Path(f"{folder.stem}{ending}")
+
+
 @framed
 def command(
     source: Annotated[
         str,
-        typer.Argument(metavar="DIR|CASE", help="Folder of train-and-invert, diagnose, close-the-loop; or a case."),
+        typer.Argument(
+            metavar="DIR|CASE",
+            help="Folder of train-and-invert, diagnose, calibrate-models or close-the-loop; or a case.",
+        ),
     ],
     to: Annotated[Target, typer.Option(help="The solver whose cards are written.")] = Target.lsdyna,
     deck: Annotated[bool, typer.Option("--deck", help="The whole case, as a deck that runs.")] = False,
     out: Annotated[
         Path | None,
-        typer.Option(help="The file; by default bird.k or .rad in DIR, CASE.k or CASE_0000.rad here.", dir_okay=False),
+        typer.Option(
+            help="The file; by default bird.k or .rad in DIR (bird_NAME.k of a model), CASE.k or CASE_0000.rad here.",
+            dir_okay=False,
+        ),
     ] = None,
     units: Annotated[
         str, typer.Option(help=f"Unit system: {', '.join(SYSTEMS)}.", autocompletion=lambda: list(SYSTEMS))
     ] = DEFAULT_UNITS,
     method: Annotated[AnswerOf, typer.Option(help="Whose answer: best is the one verified best.")] = AnswerOf.best,
+    model: Annotated[
+        str, typer.Option(metavar="NAME", help="Of calibrate-models: which bird model; by default the best.")
+    ] = "",
     case: Annotated[str | None, typer.Option(help="The inversion's case, where DIR does not hold it.")] = None,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
@@ -147,6 +167,8 @@ def command(
     """Write cards of another solver: the inverted bird and the effects that its model lacks, or a whole case (--deck).
 
     Example: birdstrike export loop --to lsdyna --units mm-ms-kg-GPa
+
+    Example: birdstrike export models --model murnaghan --to radioss
 
     Example: birdstrike export reference_strike --deck --to radioss --out strike_0000.rad
     """
@@ -164,9 +186,9 @@ def command(
         counts = {"nodes": written.nodes, "elements": written.elements}
         return {"out": files[0], "files": files, "units": units, "sensors": str(written.sensors), **counts}
     ending = ENDING[to]
-    path = out or (folder / f"bird{ending}" if folder.is_dir() else Path(f"{folder.stem}{ending}"))
+    path = out or _default_path(folder, model, ending)
     with console.status("writing cards"):
-        effects = _write_cards(source, path, to.value, units, case, method.value, overrides(settings))
+        effects = _write_cards(source, path, to.value, units, case, method.value, overrides(settings), model)
     include = "*INCLUDE" if to == Target.lsdyna else "#include"
     more = f", with the cards of {effects} {'effect' if effects == 1 else 'effects'}" if effects else ""
     head = f"Written to {path}, units {units}{more}."

@@ -68,11 +68,11 @@ Settings = Annotated[
 ]
 
 
-def names_of(text: str) -> tuple[str, ...]:
-    """The names in a list with commas; raises UserError for a list without any."""
+def names_of(text: str, option: str = "--channels", example: str = "displacement_centre") -> tuple[str, ...]:
+    """The names in a list with commas; raises UserError for a list without any, with the option and an example."""
     names = tuple(name.strip() for name in text.split(",") if name.strip())
     if text and not names:
-        raise UserError(f'"{text}" names nothing; give names with commas between, such as displacement_centre')
+        raise UserError(f'{option} "{text}" names nothing; give names with commas between, such as {example}')
     return names
 
 

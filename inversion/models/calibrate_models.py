@@ -6,7 +6,7 @@ import hashlib
 import json
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +25,9 @@ from birdstrike.inversion.models.candidates import Candidate, calibrated_case, c
 from birdstrike.inversion.models.joint_fit import ModelFit
 from birdstrike.inversion.models.optimisers import refuse_unknown
 from birdstrike.inversion.models.ranking import Ranked, ranked
-from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, save_answer, saved_answer
+from birdstrike.inversion.models.results import ANSWER, ModelAnswer, ModelComparison, save_answer, saved_answer
 from birdstrike.inversion.models.simulations import LatePool
-from birdstrike.inversion.models.warning_summary import summarised
+from birdstrike.inversion.models.warning_summary import DOUBTS_THE_RECORD, summarised
 from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.solver.case.case import CaseSource, as_case
 from birdstrike.solver.sources import digest_files
@@ -72,9 +72,9 @@ def calibrate_models(
         Measured-data CSV, a shipped name, or Measured; several shots are fitted jointly, one likelihood, and their
         order does not matter.
     out : path
-        Folder for models.json and a folder a model; the same call resumes.
+        Folder for models.json and a folder a model; the same call resumes. Folders of models that are not named stay.
     models : sequence of str
-        MODEL, MODEL+LAW, or LAW for null+LAW.
+        MODEL, MODEL+LAW, or LAW for null+LAW; models.json ranks these.
     runs : int
         Simulations of each campaign (a model and a shot), at least 8; up to 15 more near the answer.
     seed : int
@@ -126,6 +126,7 @@ def calibrate_models(
     for setup in setups:
         write_measured(folder / "records" / f"{setup.name}.csv", setup.measured)
     found = _compared(answers, setups, options.seed)
+    found = replace(found, warnings=(*_left_out(folder, chosen), *found.warnings))
     write_json(folder / "models.json", found.as_json())
     if not found.ranking:
         reasons = "; ".join(f"{name}: {one.failure}" for name, one in answers.items())
@@ -135,7 +136,7 @@ def calibrate_models(
 
 def _answer(runs: ModelRuns) -> ModelAnswer:
     """One model's answer: the one at hand where nothing has changed, else a new one; a failure is one too."""
-    mark, kept = _fingerprint(runs), runs.folder / "answer.json"
+    mark, kept = _fingerprint(runs), runs.folder / ANSWER
     if (known := saved_answer(kept, mark)) is not None and not runs.retry:
         return known
     runs.folder.mkdir(parents=True, exist_ok=True)
@@ -147,6 +148,19 @@ def _answer(runs: ModelRuns) -> ModelAnswer:
         return ModelAnswer(runs.chosen.name, runs.chosen.source, failure=str(failure))
     save_answer(kept, answer, mark)
     return answer
+
+
+def _left_out(folder: Path, chosen: Sequence[Candidate]) -> tuple[str, ...]:
+    """A warning where the folder holds answers of models that this call does not name, and so does not rank."""
+    named = [one.name for one in chosen]
+    others = sorted(path.parent.name for path in folder.glob(f"*/{ANSWER}") if path.parent.name not in named)
+    if not others:
+        return ()
+    return (
+        f"{' and '.join(others)}: calibrated in this folder by an earlier call and not ranked here, since models.json "
+        f"holds the models that --models names; their folders are kept. To rank all, repeat the command with --models "
+        f"{','.join([*named, *others])}: answers to the same records and options are read, not calculated again",
+    )
 
 
 def _fingerprint(runs: ModelRuns) -> str:
@@ -228,7 +242,7 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
     by = "shot" if len(setups) > 1 else "time block"
     sentences = {shot: _of_shot(found, shot, order) for shot, order in found.per_shot.items()}
     speeds = {setup.name: setup.case.impact.speed for setup in setups}
-    own = {n: (f"no answer: {one.failure}",) if one.failure else one.warnings for n, one in answers.items()}
+    own = {n: (f"no answer: {one.failure}",) if one.failure else _told(one, found) for n, one in found.answers.items()}
     return ModelComparison(
         models=found.answers,
         ranking=found.ranking,
@@ -244,6 +258,14 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
         seed=seed,
         warnings=(*_missed(found), *summarised(own)),
     )
+
+
+def _told(answer: ModelAnswer, found: Ranked) -> tuple[str, ...]:
+    """A model's warnings; where it misses a record that the first model follows, it has no say on that record's clock
+    and sign."""
+    if not misses(answer.expected_95) or misses(found.answers[found.ranking[0]].expected_95):
+        return tuple(answer.warnings)
+    return tuple(line for line in answer.warnings if not DOUBTS_THE_RECORD.search(line))
 
 
 def _of_shot(found: Ranked, shot: str, order: Sequence[str]) -> str:

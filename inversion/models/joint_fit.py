@@ -33,7 +33,7 @@ from birdstrike.inversion.models.combinations import combinations
 from birdstrike.inversion.models.error_terms import Discrepancy, with_discrepancy
 from birdstrike.inversion.models.heldout_fits import BLOCKS, HeldOutFits
 from birdstrike.inversion.models.optimisers import Problem, optimised
-from birdstrike.inversion.models.points import residuals_of, shot_errors
+from birdstrike.inversion.models.points import residuals_of, shot_errors, yardstick
 from birdstrike.inversion.models.results import ModelAnswer, Optimised, ShotError
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.surrogate.emulator import Emulator
@@ -72,7 +72,7 @@ class ModelFit:
         options = replace(joint.options, sampling=sampling, analyse=False)
         outcome = invert(dataset, joint.measured, joint.verifier, options, None, emulator, columns)
         self.runs.report("fit", 1.0)
-        self._kept(emulator, dataset, located)
+        self._kept(emulator, dataset, located, shots)
         self._kept_draws(outcome)
         folds = HeldOutFits(self.runs, dataset, shots, origins, emulator, discrepancy, share).answers()
         published = self.runs.published()
@@ -101,8 +101,8 @@ class ModelFit:
             warnings=tuple(dict.fromkeys(self._named(line) for line in said)),
         )
 
-    def _kept(self, emulator: Emulator, dataset: Dataset, located: Located) -> None:
-        """The emulator of all shots, and how its inputs are to be read, for the page to play with."""
+    def _kept(self, emulator: Emulator, dataset: Dataset, located: Located, shots: Sequence[Shot]) -> None:
+        """The emulator of all shots, how its inputs are to be read, and the noise, for the page to play with."""
         save_emulator(self.runs.folder / "emulator.npz", emulator, dataset)
         space, log = self.runs.scale.space, self.runs.scale.space.logarithmic
         literature = self._literature()
@@ -119,6 +119,10 @@ class ModelFit:
             "channels": {
                 setup.name: {name: name + suffix(i) for name in setup.measured.channels}
                 for i, setup in enumerate(self.runs.setups)
+            },
+            "noise": {
+                setup.name: {c.name: float(np.sqrt(np.mean(np.square(c.noise)))) for c in yardstick(shot).channels}
+                for setup, shot in zip(self.runs.setups, shots, strict=True)
             },
         }
         write_json(self.runs.folder / "emulator.json", content)

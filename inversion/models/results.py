@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,10 +11,14 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from birdstrike.data.display import Displayed
+from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.inversion.results.estimates import Estimate
 
 SCHEMA_VERSION = 1
+COMPARISON = "models.json"
+ANSWER = "answer.json"
+"""One model's answer in its folder, which a repeated call reads."""
 
 
 @dataclass(frozen=True)
@@ -183,6 +188,29 @@ def saved_answer(path: Path, fingerprint: str) -> ModelAnswer | None:
         return _ANSWER.validate_python(tree["answer"]) if tree["fingerprint"] == fingerprint else None
     except (OSError, ValueError, KeyError):
         return None
+
+
+def read_comparison(folder: Path, model: str = "") -> dict[str, Any]:
+    """The content of a folder's models.json; raises UserError where there is none, or none with this model ranked."""
+    path = folder / COMPARISON
+    if not path.is_file():
+        raise UserError(
+            f"no {COMPARISON} in {folder}; make it, or resume what was interrupted, with: birdstrike calibrate-models "
+            f"CASE --measured CSV --out {folder}"
+        )
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        ranking, models = list(content["ranking"]), dict(content["models"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise UserError(f"{path} is damaged; repeat birdstrike calibrate-models") from error
+    if model and model not in ranking:
+        if failure := models.get(model, {}).get("failure"):
+            raise UserError(f"{path}: {model} has no answer: {failure}")
+        raise UserError(
+            f'{path} ranks no model "{model}" but {", ".join(ranking) or "none"}; to have it, repeat calibrate-models '
+            f"with the same --out and --models {','.join([*models, model])}"
+        )
+    return content
 
 
 _JSON = TypeAdapter(dict[str, Any])

@@ -183,6 +183,9 @@ OVERRULED = (
 )
 BEYOND = r"(?P<before>\d+) points before and (?P<after>\d+) after the simulated record (?P<span>.*?) are left out"
 CHANNEL = r"(?P<channel>[^:]+?)"
+DOUBTS_THE_RECORD = re.compile(
+    rf"^{CHANNEL} (?:lies beside the runs best|has the shape of the runs|has the opp)",
+)
 GRAVE = (
     Kind(re.compile(r"^no answer: (?P<reason>.*)", re.DOTALL), _no_answer),
     Kind(re.compile(r"^the model cannot produce this curve: .* fit is (?P<times>[\d.]+) times"), _outside),
@@ -190,7 +193,7 @@ GRAVE = (
     Kind(re.compile(r"^the simulation at an answer failed \((?P<reason>.*)\): run \d+ of the campaign"), _stands_in),
     Kind(re.compile(r"^(?:a run near the answer|run \d+) (?:failed|was ended).* left out: (?P<reason>.*)"), _lost_runs),
     Kind(re.compile(r"chains have not settled .*R-hat (?P<rhat>[\d.]+)"), _unsettled),
-    Kind(re.compile(rf"^{CHANNEL} (?:lies beside the runs best|has the shape of the runs|has the opp)"), _implausible),
+    Kind(DOUBTS_THE_RECORD, _implausible),
     Kind(re.compile(rf"^the emulator predicts left-out runs of {CHANNEL} poorly \(Q2 (?P<q2>-?[\d.]+)\)"), _poor),
     Kind(re.compile(rf"^{CHANNEL}: the residual .* widened by a factor (?P<factor>[\d.]+)"), _not_noise),
 )

@@ -17,9 +17,11 @@ from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT
+from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.prediction.distance import other_rig
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.sections import quantity_at
 from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 
 OF_PLATE = (
@@ -148,8 +150,8 @@ def refuse_another_bird(learnt: Learnt, case: Case) -> None:
     ]
     if differing:
         raise UserError(
-            f"{key} is {here.get(key, 'absent')} in {case.name} and {there.get(key, 'absent')} (SI) in the case that "
-            f"{learnt.folder} learnt from: the learnt parameters belong to that bird; give the new case the same {key}"
+            f"{key} is {_stated(key, here)} in {case.name} and {_stated(key, there)} in the case that {learnt.folder} "
+            f"learnt from: the learnt parameters belong to that bird; give the new case the same {key}"
             for key in differing
         )
 
@@ -159,10 +161,17 @@ def drawn_instead(learnt: Learnt, case: Case) -> list[str]:
     sought = {name for one in learnt.explanations for name in one.names}
     there, here = _bird(learnt.case), _bird(case)
     return [
-        f"{key} is {here[key]} (SI) in {case.name}; it was calibrated, and is drawn from what {learnt.folder} learnt"
+        f"{key} is {_stated(key, here)} in {case.name}; it was calibrated, and is drawn from what {learnt.folder} "
+        "learnt"
         for key in here
         if key in sought and key in there and _differ(there[key], here[key])
     ]
+
+
+def _stated(key: str, values: Mapping[str, Any]) -> str:
+    """What a case has under a key, a quantity with its unit."""
+    value, mark = values.get(key, "absent"), quantity_at(key)
+    return quantity(value, mark.unit) if mark is not None and isinstance(value, float) else str(value)
 
 
 def _bird(case: Case) -> dict[str, Any]:

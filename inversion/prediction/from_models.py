@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,9 @@ from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
+from birdstrike.inversion.models.results import read_comparison
 from birdstrike.inversion.models.scaled import Scale
+from birdstrike.inversion.models.warning_summary import summarised
 from birdstrike.inversion.prediction.from_inversion import NO_SAMPLE, rough_draws
 from birdstrike.inversion.prediction.learnt import (
     Explanation,
@@ -23,7 +25,6 @@ from birdstrike.inversion.prediction.learnt import (
     SensorError,
     amplitudes,
     calibrated_error,
-    read_results,
 )
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.solver.case.case import Case, load_case
@@ -32,11 +33,13 @@ from birdstrike.surrogate.files import read_region
 LEAST = 0.02  # probability of being the best below which a model is left out
 
 
-def read_models(folder: Path) -> Learnt:
-    """What a calibrate-models' folder tells; raises UserError for one without draws."""
-    content = read_results(folder / "models.json")
+def read_models(folder: Path, model: str = "") -> Learnt:
+    """What a calibrate-models' folder tells, of one model alone where it is named; raises UserError for one without
+    draws."""
+    content = read_comparison(folder, model)
     shares = {name: float(content["models"][name].get("probability_best") or 0.0) for name in content["ranking"]}
-    kept = [name for name, share in shares.items() if share >= LEAST] or list(content["ranking"][:1])
+    likely = [name for name, share in shares.items() if share >= LEAST] or list(content["ranking"][:1])
+    kept = [model] if model else likely
     if not kept:
         raise UserError(f"--from {folder}: no model was ranked; models.json says why under each model")
     rough = [name for name in kept if not (folder / name / DRAWS_FILE).is_file()]
@@ -49,7 +52,7 @@ def read_models(folder: Path) -> Learnt:
     )
     stored = [name for name in kept if name not in rough]
     said = (
-        f"{len(kept)} bird models by their probability of being the best ({', '.join(kept)})",
+        _which(kept, shares),
         *([f"up to 2000 draws of {' and '.join(stored)} from the posterior ({DRAWS_FILE})"] if stored else []),
         *([f"{' and '.join(rough)}: {NO_SAMPLE}"] if rough else []),
         "the bird's material is each model's own; what the new case states of it is not used",
@@ -64,8 +67,25 @@ def read_models(folder: Path) -> Learnt:
         corrected=False,
         diagnosed=False,
         said=said,
-        warnings=(*content.get("warnings", ()), *(f"{name}: {NO_SAMPLE}" for name in rough)),
+        warnings=(*_warnings(content, kept), *(f"{name}: {NO_SAMPLE}" for name in rough)),
     )
+
+
+def _which(kept: Sequence[str], shares: Mapping[str, float]) -> str:
+    if len(kept) == 1:
+        return f"the bird model {kept[0]} alone (probability of being the best {100 * shares[kept[0]]:.0f} %)"
+    return f"{len(kept)} bird models by their probability of being the best ({', '.join(kept)})"
+
+
+def _warnings(content: Mapping[str, Any], kept: Sequence[str]) -> Iterator[str]:
+    """Those of the comparison as a whole, then those of the models that are used, and of no other."""
+    own = {
+        name: (f"no answer: {one['failure']}",) if one.get("failure") else tuple(one.get("warnings", ()))
+        for name, one in content["models"].items()
+    }
+    of_models = summarised(own)
+    yield from (line for line in content.get("warnings", ()) if line not in of_models)
+    yield from summarised({name: own[name] for name in kept})
 
 
 def _explanation(

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from birdstrike.data.errors import UnitError, UserError
+from birdstrike.data.out_folder import model_of
 from birdstrike.data.units import to_si
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.runner import RunCounts
@@ -133,6 +134,13 @@ def prepared(new: Case, known: Learnt, folder: Path, choice: PredictOptions) -> 
     return Setting(known, carried, tolerances, campaign, distance(known, new), choice.seed), counted
 
 
+def _alone(learnt: Learnt, label: str) -> str:
+    """How a bird model that is left out as improbable is predicted with all the same; "" for any other label."""
+    if model_of(place := learnt.folder / label) is None:
+        return ""
+    return f" (less probable bird models are left out); {label} alone: --from {place}"
+
+
 def _only(learnt: Learnt, labels: Sequence[str]) -> Learnt:
     """What was learnt, of some explanations alone; raises UserError for an unknown one."""
     if not labels:
@@ -141,7 +149,8 @@ def _only(learnt: Learnt, labels: Sequence[str]) -> Learnt:
     unknown = [label for label in labels if label not in known]
     if unknown:
         raise UserError(
-            f"--only {label}: no explanation; {learnt.folder} holds {', '.join(known)}" for label in unknown
+            f"--only {label}: no explanation; {learnt.folder} holds {', '.join(known)}{_alone(learnt, label)}"
+            for label in unknown
         )
     shares = np.array([known[label].probability for label in labels])
     shares = shares / shares.sum() if shares.any() else np.full(len(labels), 1.0 / len(labels))

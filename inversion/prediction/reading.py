@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.out_folder import model_of
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.prediction.from_inversion import read_inversion
 from birdstrike.inversion.prediction.from_models import read_models
@@ -20,7 +21,10 @@ READERS: tuple[tuple[str, str, Callable[[Path], Learnt]], ...] = (
 
 
 def read_learnt(folder: Path) -> Learnt:
-    """What a folder of train-and-invert, diagnose, calibrate-models or close-the-loop tells; raises UserError."""
+    """What a folder of train-and-invert, diagnose, calibrate-models or close-the-loop tells; raises UserError.
+
+    A bird model's folder in that of calibrate-models tells of this model alone.
+    """
     if not folder.is_dir():
         raise UserError(
             f"--from {folder}: there is no such folder; name the --out of train-and-invert, diagnose, calibrate-models "
@@ -30,6 +34,8 @@ def read_learnt(folder: Path) -> Learnt:
         for place in (folder, folder / below):
             if (place / file).is_file():
                 return reader(place)
+    if of_model := model_of(folder):
+        return read_models(*of_model)
     names = ", ".join(file for file, _, _ in READERS)
     raise UserError(
         f"--from {folder} holds no results: none of {names}; name the --out of train-and-invert, diagnose, "

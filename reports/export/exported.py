@@ -12,9 +12,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.out_folder import maker_of
+from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.estimation.verification import error_words
 from birdstrike.inversion.formatting import flight, quantity, span
+from birdstrike.inversion.models.results import COMPARISON, read_comparison
 from birdstrike.inversion.results.estimates import Answer, Estimate
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.bird.materials.interface import BirdMaterial
@@ -48,14 +49,20 @@ def read_export(
     case: str | Path | None = None,
     method: str = "best",
     settings: Mapping[str, Any] | None = None,
+    model: str = "",
 ) -> Export:
-    """The birds of a case, or of the folder of train-and-invert, diagnose or close-the-loop; raises UserError.
+    """The birds of a case, or of the folder of train-and-invert, diagnose, calibrate-models or close-the-loop.
 
     case: the inversion's case where the folder does not hold it; method: network, emulator, or best, the one whose
-    verification differs least from the record; settings: dotted keys laid over a case. An inverted bird comes with the
-    three that it is compared with.
+    verification differs least from the record; settings: dotted keys laid over a case; model: of calibrate-models, the
+    first of its ranking where none is named. An inverted bird comes with the three that it is compared with. Raises
+    UserError.
     """
     folder = Path(target)
+    if (chosen := chosen_model(folder, model)) is not None:
+        if case is not None or method != "best":
+            raise UserError(f"--case and --method are of inversions; a model of {chosen[0]} is chosen by --model alone")
+        return _of_model(*chosen)
     if not folder.is_dir():
         return _of_case(load_case(target, settings))
     path = next((p for p in (folder / "inversion.json", folder / "inversion" / "inversion.json") if p.is_file()), None)
@@ -64,7 +71,10 @@ def read_export(
     if path is None:
         maker = maker_of(folder)
         made = f"was made by birdstrike {maker} and " if maker else ""
-        raise UserError(f"{folder} {made}holds no inversion.json; make it with train-and-invert or close-the-loop")
+        raise UserError(
+            f"{folder} {made}holds no inversion.json; make it with train-and-invert or close-the-loop, or give a "
+            "folder of calibrate-models"
+        )
     try:
         inversion = Inversion.load(path)
     except ValidationError as error:
@@ -82,6 +92,52 @@ def read_export(
     density = inverted.bird.actual_density
     first = ExportedBird("inverted", inverted.bird.material, density, tuple(_found(inversion, name)))
     return Export((first, *_compared(density)), source)
+
+
+def chosen_model(folder: Path, model: str = "") -> tuple[Path, str] | None:
+    """The calibrate-models' folder and which of its models is exported; None for a folder of another kind or a case.
+
+    folder: that of calibrate-models, or one of a model in it; model: the name given, "" for the first of the ranking.
+    Raises UserError for a model that has no answer, and for a name where there are no models to choose from.
+    """
+    whole, own = (folder, "") if maker_of(folder) == "calibrate-models" else model_of(folder) or (None, "")
+    if whole is None:
+        if model:
+            raise UserError(f"--model {model} chooses from the folder of birdstrike calibrate-models, not {folder}")
+        return None
+    if model and own and model != own:
+        raise UserError(f"--model {model}: {folder} is of the bird model {own}; give {whole}")
+    content = read_comparison(whole, model or own)
+    if not content["ranking"]:
+        raise UserError(f"{whole}: no model has an answer; {COMPARISON} says why under each model")
+    return whole, model or own or content["ranking"][0]
+
+
+def _of_model(folder: Path, name: str) -> Export:
+    """The bird of one calibrated model of a comparison, with what is known of its constants."""
+    content = read_comparison(folder, name)
+    answer, shots = content["models"][name], list(content["speeds"])
+    base = load_case(folder / name / shots[0] / "case.toml")
+    estimates = {key: _estimate(one) for key, one in answer["parameters"].items()}
+    values = {key: one.value for key, one in estimates.items() if one.value is not None}
+    bird = base.with_values(values).bird
+    remarks = [
+        f"{key.removeprefix(MATERIAL)}: {_known(one, one.value, answer['ranges'][key])}"
+        for key, one in estimates.items()
+    ]
+    remarks += [one["sentence"] for one in answer["combinations"].values() if one["sentence"]]
+    low, high = answer["expected_95"]
+    files = ", ".join(Path(content["records"][shot]).name for shot in shots)
+    source = (
+        f"Bird model {name} calibrated by calibrate-models ({COMPARISON}), place {content['ranking'].index(name) + 1} "
+        f"of {len(content['ranking'])}, held-out error {answer['expected']:.2f} times the noise (95 %: {low:.2f} .. "
+        f"{high:.2f}).",
+        *([] if answer["inside"] else ["NO CONSTANTS in its ranges produce the records: these are only the nearest."]),
+        f"{content['sentence']}.",
+        f"Records: {files}{', SIMULATED, NOT MEASURED' if content['simulated'] else ''}.",
+        f"Case of the first {case_hash(base)}: {_impact(base)}.",
+    )
+    return Export((ExportedBird(name, bird.material, bird.actual_density, tuple(remarks)),), source)
 
 
 def _of_diagnosis(path: Path, case: str | Path | None) -> Export:

@@ -15,6 +15,8 @@ from birdstrike.reports.figures.switches import CALIBRATED, MARK, PUBLISHED
 
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 DASHES = ("-", (0, (6, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, (9, 2.5)), (0, (3, 1)))
+MOST_LETTERS = 90
+"""Of the shots' names side by side below an axis; more would run into one another, and are turned."""
 
 Errors = Mapping[str, tuple[float, tuple[float, float]]]
 """Model -> held-out error and its 95 % interval."""
@@ -35,6 +37,8 @@ def heldout_figure(shots: Mapping[str, Errors], names: Sequence[str]) -> Figure:
     axes.axhline(1.0, color="black", linewidth=0.7, linestyle=":")
     axes.set_yscale("log")
     axes.set_xticks(range(len(shots)), list(shots))
+    if sum(map(len, shots)) > MOST_LETTERS:
+        axes.tick_params(axis="x", rotation=20)
     axes.set_ylabel("Held-out error over noise [–]")
     axes.grid(axis="x", visible=False)
     legend_above(axes, columns=5)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from birdstrike.data.curves import read_histories, read_measured
-from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Histories
+from birdstrike.inversion.models.results import read_comparison
 from birdstrike.reports.figures.switches import CALIBRATED, COLOURS, PUBLISHED, RECORD
 from birdstrike.reports.page.render import rendered
 from birdstrike.reports.sections.calibrated_models import (
@@ -26,16 +25,8 @@ SWITCHES = {RECORD: "record", CALIBRATED: "calibrated constants", PUBLISHED: "pu
 
 def read_models(folder: Path) -> ModelsResults:
     """models.json and the curves of a folder; raises UserError where they are missing or damaged."""
-    path = folder / "models.json"
-    if not path.is_file():
-        raise UserError(
-            f"no models.json in {folder}; make it with: birdstrike calibrate-models CASE --measured CSV --out {folder}"
-        )
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        shots = list(content["speeds"])
-    except (ValueError, KeyError) as error:
-        raise UserError(f"{path} is damaged; repeat birdstrike calibrate-models") from error
+    content = read_comparison(folder)
+    shots = list(content["speeds"])
     records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in shots}
     curves = {what: {s: _curves(folder, what, s, content["models"]) for s in shots} for what in (CALIBRATED, PUBLISHED)}
     return ModelsResults(content, records, curves[CALIBRATED], curves[PUBLISHED])

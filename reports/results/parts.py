@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.out_folder import maker_of
+from birdstrike.data.out_folder import maker_of, model_of
 
 CAMPAIGN_FILES = ("case.toml", "design.csv", "curves.csv", "summary.json")
 INVERSION_FILES = ("inversion.json", "verification.csv")
@@ -46,13 +46,16 @@ def find_parts(
     if not folder.is_dir():
         made = shlex.join(["birdstrike", "close-the-loop", "CASE", "--measured", "CSV", "--out", str(folder)])
         raise UserError(f"{folder} does not exist; make it with: {made}")
-    maker = maker_of(folder)
+    maker, asked = maker_of(folder), f"give a folder that {' or '.join(makers)} made"
+    if of_model := model_of(folder):
+        raise UserError(
+            f"{folder} is of the bird model {of_model[1]} in {of_model[0]}, which birdstrike calibrate-models made "
+            f"(birdstrike explore, export and predict --from take it); {asked}"
+        )
     if maker not in (None, *SHOWN):
         pages = ", ".join(map(str, sorted(folder.glob("*.html"))))
         own = f"its own page is {pages}" if pages else "it has no page"
-        raise UserError(
-            f"{folder} was made by birdstrike {maker}, and {own}; give a folder that {' or '.join(makers)} made"
-        )
+        raise UserError(f"{folder} was made by birdstrike {maker}, and {own}; {asked}")
     for given, files, what in ((doe, CAMPAIGN_FILES, "finished campaign"), (diagnosis, DIAGNOSIS_FILES, "diagnosis")):
         if given is not None and (lacking := _lacking(given, files)):
             raise UserError(f"no {what} in {given}: it lacks {', '.join(lacking)}")

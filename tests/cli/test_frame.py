@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import birdstrike
 from birdstrike.cli import frame
-from birdstrike.cli.frame import Json, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.frame import Json, framed, names_of, overrides, progress_bar, say, warn
 from birdstrike.data.errors import CaseError, MachineFailure, RunFailed, UserError
 
 
@@ -28,6 +28,12 @@ def ends(action: Callable[[], dict[str, Any] | None], *arguments: str) -> Any:
         return action()
 
     return CliRunner().invoke(app, list(arguments))
+
+
+def test_a_list_that_names_nothing_is_refused_by_its_option() -> None:
+    assert names_of("a, b,") == ("a", "b")
+    with pytest.raises(UserError, match='--models "," names nothing; give names with commas between, such as null'):
+        names_of(",", "--models", "null,elastic")
 
 
 def raising(error: BaseException) -> Callable[[], None]:

@@ -8,6 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
+from birdstrike.data.errors import UserError
+from birdstrike.data.out_folder import reserved
 from tests.doe.campaign.test_campaign import campaign
 
 RECORD = "time [ms],displacement_centre [mm]\n0.0,0.0\n0.5,1.0\n1.0,2.0\n"
@@ -48,6 +50,17 @@ def test_no_command_writes_into_a_campaign(command: str, tmp_path: Path, monkeyp
     assert found.exit_code == 1, found.output
     assert f"campaign was made by birdstrike run-doe; the output of {command} does not go into it" in found.stderr
     assert content(Path("campaign")) == before
+
+
+def test_no_command_writes_into_the_folder_of_a_bird_model(tmp_path: Path) -> None:
+    (tmp_path / "null" / "v80").mkdir(parents=True)
+    (tmp_path / "models.json").write_text("{}")
+    (tmp_path / "null" / "v80" / "case.toml").write_text("")
+    for command in ("calibrate-models", "simulate"):
+        with pytest.raises(UserError, match="null is of the bird model null in"), reserved(tmp_path / "null", command):
+            pass
+    with reserved(tmp_path / "prediction", "predict"):
+        (tmp_path / "prediction").mkdir()
 
 
 def test_a_campaign_does_not_go_where_a_simulation_is_but_another_simulation_does(tmp_path: Path) -> None:

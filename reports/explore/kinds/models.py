@@ -14,7 +14,9 @@ import numpy as np
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import UserError
+from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.formatting import plain, span
+from birdstrike.inversion.models.results import read_comparison
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs
 from birdstrike.surrogate.files import load_emulator, read_runs
@@ -22,22 +24,32 @@ from birdstrike.surrogate.weights import emulator_table
 
 
 def holds(folder: Path) -> bool:
-    """Whether calibrate-models has finished here."""
-    return (folder / "models.json").is_file()
+    """Whether calibrate-models works or has finished here, or this is the folder of one of its models."""
+    return maker_of(folder) == "calibrate-models" or model_of(folder) is not None
 
 
 def read(folder: Path) -> tuple[View, ...]:
-    """One view for every model that has an answer; raises UserError for a folder that is not whole."""
-    content = json.loads((folder / "models.json").read_text(encoding="utf-8"))
-    missing = [name for name in content["ranking"] if not (folder / name / "emulator.json").is_file()]
-    if missing or not content["ranking"]:
-        raise UserError(f"no emulator of {', '.join(missing) or 'any model'} in {folder}; repeat calibrate-models")
+    """One view for every model that has an answer, or for the one whose folder it is; raises UserError for a folder
+    that is not whole."""
+    folder, model = model_of(folder) or (folder, "")
+    content = read_comparison(folder, model)
+    names = [model] if model else content["ranking"]
+    missing = [name for name in names if "noise" not in _read_json(folder / name / "emulator.json")]
+    if missing or not names:
+        raise UserError(
+            f"no emulator of {', '.join(missing) or 'any model'} in {folder}, or one of an earlier version; repeat "
+            "calibrate-models with the same --out, whose simulations are stored"
+        )
     records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in content["speeds"]}
-    return tuple(_view(folder / name, name, content, records) for name in content["ranking"])
+    return tuple(_view(folder / name, name, content, records) for name in names)
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
 
 
 def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, Measured]) -> View:
-    own, model = json.loads((folder / "emulator.json").read_text(encoding="utf-8")), content["models"][name]
+    own, model = _read_json(folder / "emulator.json"), content["models"][name]
     emulator = load_emulator(folder / "emulator.npz")
     theta, curves = read_runs(folder / "emulator.npz")
     presets = [preset("calibrated", own["calibrated"])]
@@ -51,7 +63,8 @@ def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, M
         parameters=[_slider(key, own, model["parameters"].get(key)) for key in emulator.names],
         systems=[emulator_table(emulator)],
         shots=[
-            _shot(shot, content["speeds"][shot], own["channels"][shot], measured) for shot, measured in records.items()
+            _shot(f"{shot}, {content['speeds'][shot]:g} m/s", own["channels"][shot], own["noise"][shot], measured)
+            for shot, measured in records.items()
         ],
         answers=said,
         presets=presets,
@@ -82,15 +95,15 @@ def _slider(key: str, own: dict[str, Any], estimate: dict[str, Any] | None) -> T
     return table
 
 
-def _shot(name: str, speed: float, channels: dict[str, str], measured: Measured) -> Table:
+def _shot(name: str, channels: dict[str, str], noise: dict[str, float], measured: Measured) -> Table:
+    """channels: name -> that of the emulator; noise: channel -> standard deviation that the errors are told against."""
     sensors = []
     for plain_name, key in channels.items():
         time, values = measured.points(plain_name)
-        sigma = measured.sigma.get(plain_name)
-        noise = float(np.nanmean(sigma)) if sigma is not None else None
-        seen = record(time, values, np.full(len(time), noise if noise is not None else np.nan), measured.path)
-        sensors.append(channel(key, measured.units[plain_name], noise, seen, plain(plain_name)))
-    return {"name": f"{name}, {speed:g} m/s", "system": 0, "channels": sensors}
+        sigma = noise.get(plain_name)
+        seen = record(time, values, np.full(len(time), np.nan if sigma is None else sigma), measured.path)
+        sensors.append(channel(key, measured.units[plain_name], sigma, seen, plain(plain_name)))
+    return {"name": name, "system": 0, "channels": sensors}
 
 
 KIND = Kind("calibrate-models", holds, read)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,10 +15,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from birdstrike import export
 from birdstrike.cli.app import app
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
+from birdstrike.data.out_folder import MARK
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.registry import make_design
@@ -28,7 +31,9 @@ from birdstrike.inversion.models.ranking import bootstrap, ranked, shot_error
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
 from birdstrike.reports.explore.explore import explore
 from birdstrike.reports.explore.kinds.registry import kind_of
+from birdstrike.reports.figures.calibrated_models import heldout_figure
 from birdstrike.reports.page.models import write_models_page
+from birdstrike.reports.results.parts import find_parts
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.write import case_toml
 from tests.inversion.models import rig
@@ -161,14 +166,44 @@ def test_repeating_the_call_simulates_nothing(calibrated: Calibrated) -> None:
     assert again.as_json() == turned.as_json() == calibrated.found.as_json()
 
 
+def test_models_that_an_earlier_call_calibrated_are_kept_and_said_to_be_left_out(
+    calibrated: Calibrated, tmp_path: Path
+) -> None:
+    folder = shutil.copytree(calibrated.folder, tmp_path / "models")
+    cases, records = rig.shots()
+
+    def repeated(*names: str) -> ModelComparison:
+        return calibrate_models(cases, longer(records), folder, names, runs=RUNS, workers=1, posterior=False)
+
+    with rig.formula_for_solver():
+        rig.CALLS.clear()
+        fewer = repeated("null")
+        assert fewer.ranking == ("null",)
+        assert fewer.warnings[0].startswith("murnaghan: calibrated in this folder by an earlier call and not ranked")
+        assert "--models null,murnaghan:" in fewer.warnings[0]
+        assert fewer.warnings[0] in json.loads((folder / "models.json").read_text(encoding="utf-8"))["warnings"]
+        assert repeated(*NAMES).as_json() == calibrated.found.as_json()
+    assert not rig.CALLS
+
+
 def test_the_page_says_who_predicts_best_beside_published_constants(calibrated: Calibrated) -> None:
     page = write_models_page(calibrated.folder).read_text(encoding="utf-8")
     assert calibrated.found.sentence in page
     assert "7.98" in page  # the published gamma
     assert 'data-switch="published"' in page
-    by_shot = page[page.index("Error over noise of the solver with calibrated") :]
-    assert by_shot[: by_shot.index("</thead>")].count("<th") == 5  # <thead> and four columns, however many shots
+    for caption, columns in (("1 being noise, and the expected error", 3), ("Error over noise of the solver with", 5)):
+        table = page[page.index(caption) :]
+        assert table[: table.index("</thead>")].count("<th") == 1 + columns  # <thead>; however many shots
     assert set(re.findall(r"https?://[^\s\"'<>)]*", page)) == {"http://www.w3.org/2000/svg"}
+
+
+def test_names_of_many_shots_do_not_run_into_one_another_below_the_figure() -> None:
+    shots = {f"shot_{i}_of_the_rig, {60 + 10 * i} m/s": {"null": (1.0, (0.9, 1.1))} for i in range(7)}
+    figure = heldout_figure(shots, ["null"])
+    figure.canvas.draw()
+    boxes = [label.get_window_extent() for label in figure.axes[0].get_xticklabels()]
+    assert all(label.get_rotation() == 20.0 for label in figure.axes[0].get_xticklabels())
+    assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for box in boxes)
 
 
 def test_the_page_to_play_with_has_a_view_for_each_model(calibrated: Calibrated) -> None:
@@ -179,6 +214,74 @@ def test_the_page_to_play_with_has_a_view_for_each_model(calibrated: Calibrated)
     assert [one["name"] for one in views[0].presets] == ["calibrated", "published"]
     assert [shot["name"] for shot in views[0].shots] == ["shot_0, 60 m/s", "shot_1, 100 m/s"]
     assert explore(calibrated.folder).is_file()
+
+
+def test_the_page_to_play_with_tells_the_misfit_of_a_record_whose_noise_the_case_states(tmp_path: Path) -> None:
+    cases, records = rig.shots()
+    stated = cases[0].overlaid({"sensors": {"displacement_centre": {"noise": "0.01 mm"}}})
+    bare = replace(records[0], sigma={})
+    with rig.formula_for_solver():
+        calibrate_models(stated, bare, tmp_path, ["null"], runs=RUNS, workers=1, posterior=False)
+    (view,) = kind_of(tmp_path).read(tmp_path)
+    for sensor in view.shots[0]["channels"]:
+        assert sensor["noise"] == stated.sensors[sensor["name"]].noise
+        assert np.isfinite(sensor["record"]["sigma"]).all()
+
+
+def test_the_page_to_play_with_of_one_model_s_folder_is_of_this_model(calibrated: Calibrated, tmp_path: Path) -> None:
+    place = calibrated.folder / "null"
+    assert [view.title for view in kind_of(place).read(place)] == ["Bird model null"]
+    assert explore(place, tmp_path / "page.html").is_file()
+
+
+def test_the_cards_of_a_model_say_what_is_known_of_its_constants(calibrated: Calibrated, tmp_path: Path) -> None:
+    best = export(calibrated.folder, tmp_path / "best.k").read_text(encoding="utf-8")
+    own = calibrated.content["models"]["murnaghan"]["parameters"]
+    assert f"{own['bird.material.eos.B']['value'] / 1e9:.5g}" in best  # GPa
+    said = " ".join(best.replace("$", " ").split())
+    assert "Bird model murnaghan calibrated by calibrate-models (models.json), place 1 of 2, held-out error" in said
+    assert "viscosity: identified, " in said
+    assert "eos.g: NOT IDENTIFIED in 4 .. 12" in said
+    assert "Records: shot_0.csv, shot_1.csv, SIMULATED, NOT MEASURED." in said
+    assert calibrated.found.models["murnaghan"].combinations["bulk_modulus"].sentence in said
+    named = export(calibrated.folder, tmp_path / "named.rad", to="radioss", model="null").read_text(encoding="utf-8")
+    assert named == export(calibrated.folder / "null", tmp_path / "own.rad", to="radioss").read_text(encoding="utf-8")
+    assert "place 2 of 2" in named
+    assert "NO CONSTANTS in its ranges produce the records" in named
+
+
+def test_of_a_folder_where_no_call_has_finished_the_resumption_is_named(tmp_path: Path) -> None:
+    (tmp_path / MARK).write_text('{"command": "calibrate-models"}', encoding="utf-8")
+    for read in (explore, export):
+        with pytest.raises(UserError, match="make it, or resume what was interrupted, with: birdstrike calibrate-mod"):
+            read(tmp_path, tmp_path / "bird.k")
+
+
+@pytest.mark.parametrize(
+    ("source", "given", "said"),
+    [
+        ("", {"model": "jelly"}, r'ranks no model "jelly" but murnaghan, null; to have it'),
+        ("null", {"model": "elastic"}, r"--model elastic: .*null is of the bird model null; give "),
+        ("", {"method": "network"}, r"--case and --method are of inversions; a model of .* is chosen by --model alone"),
+        ("null/shot_0/case.toml", {"model": "null"}, r"--model null chooses from the folder of birdstrike calibrate-"),
+    ],
+)
+def test_a_model_that_cannot_be_exported_is_named(
+    calibrated: Calibrated, tmp_path: Path, source: str, given: dict[str, str], said: str
+) -> None:
+    with pytest.raises(UserError, match=said):
+        export(calibrated.folder / source, tmp_path / "bird.k", **given)
+
+
+def test_the_command_names_the_cards_after_the_model(calibrated: Calibrated) -> None:
+    words = ["export", str(calibrated.folder / "null"), "--to", "radioss"]
+    assert CliRunner().invoke(app, words).exit_code == 0
+    assert (calibrated.folder / "bird_null.rad").is_file()
+
+
+def test_neither_report_nor_evidence_is_of_one_model_s_folder(calibrated: Calibrated) -> None:
+    with pytest.raises(UserError, match=r"is of the bird model null in .* predict --from take it"):
+        find_parts(calibrated.folder / "null")
 
 
 def test_a_single_record_is_tested_on_its_own_thirds(tmp_path: Path) -> None:
@@ -290,6 +393,22 @@ def test_even_the_best_model_is_said_to_miss_where_it_does(sizes: tuple[float, f
         assert ("a misses least (held-out error" in sentence) is missed
         assert ("even the first misses" in sentence) is missed
         assert ("a predicts best (held-out error" in sentence) is not missed
+
+
+@pytest.mark.parametrize(("best", "told"), [(1.0, False), (15.0, True)])
+def test_a_model_that_misses_does_not_doubt_a_record_that_another_follows(best: float, told: bool) -> None:
+    late = "force lies beside the runs best when its clock is moved by +0.10 ms; a late or early trigger?"
+    answers = {
+        "a": replace(of_size(best), name="a"),
+        "b": replace(of_size(30.0), name="b", warnings=(late, "another")),
+    }
+    setup: Any = SimpleNamespace(
+        name="shot", case=load_case("demo_rig"), measured=Measured(np.zeros(1), {}, {}, {}, ())
+    )
+    found = _compared(answers, [setup], 0)
+    assert (f"beside the runs of b: {late}" in found.warnings) is told
+    assert "b: another" in found.warnings
+    assert found.models["b"].warnings == (late, "another")
 
 
 def test_tied_models_and_one_alone_are_said_to_miss_too() -> None:

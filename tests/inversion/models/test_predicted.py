@@ -14,8 +14,10 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
+from birdstrike.inversion.models.warning_summary import summarised
 from birdstrike.inversion.prediction.from_models import read_models
 from birdstrike.inversion.prediction.predict import PredictOptions, predict
+from birdstrike.inversion.prediction.reading import read_learnt
 from tests.inversion.models import rig
 
 
@@ -41,6 +43,34 @@ def test_the_bands_between_two_learnt_speeds_hold_the_truth(folder: Path, tmp_pa
         inside = (truth.channels[name] >= low - 1e-12) & (truth.channels[name] <= high + 1e-12)
         assert inside.mean() > 0.9, name
         assert np.ptp([low.max(), high.max()]) < 0.1 * truth.channels[name].max()
+
+
+def test_a_model_s_own_folder_tells_of_this_model_alone(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    learnt = read_learnt(folder / "murnaghan")
+    assert [(one.label, one.probability) for one in learnt.explanations] == [("murnaghan", 1.0)]
+    assert any("the bird model murnaghan alone" in line for line in learnt.said)
+    monkeypatch.chdir(folder / "murnaghan")
+    assert read_learnt(Path()).explanations[0].label == "murnaghan"
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    shutil.copytree(copy / "murnaghan", copy / "elastic")
+    with pytest.raises(UserError, match=r"--only elastic: no explanation; .* elastic alone: --from .*copy.elastic"):
+        predict(rig.shot(80.0), copy, tmp_path / "out", PredictOptions(only=("elastic",)))
+    (copy / "murnaghan").rename(copy / "null")
+    with pytest.raises(UserError, match=r'ranks no model "null" but murnaghan; .* --models murnaghan,null'):
+        read_learnt(copy / "null")
+
+
+def test_models_that_are_not_used_are_not_warned_of(folder: Path, tmp_path: Path) -> None:
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    content = json.loads((copy / "models.json").read_text(encoding="utf-8"))
+    of_other = "bird.particles = 9 is too coarse: expect an error"
+    content["models"]["null"] = {"failure": None, "warnings": [of_other], "probability_best": 0.0}
+    content["models"]["murnaghan"]["warnings"] = ["its own"]
+    content["warnings"] = ["of the comparison", *summarised({"murnaghan": ["its own"], "null": [of_other]})]
+    (copy / "models.json").write_text(json.dumps(content), encoding="utf-8")
+    assert read_models(copy).warnings == ("of the comparison", "murnaghan: its own")
 
 
 def test_a_model_without_a_stored_sample_is_drawn_from_its_intervals(folder: Path, tmp_path: Path) -> None:
@@ -87,5 +117,5 @@ def test_a_missing_run_of_a_model_is_named_with_the_remedy(folder: Path, tmp_pat
 
 def test_a_damaged_comparison_is_refused_with_the_remedy(tmp_path: Path) -> None:
     (tmp_path / "models.json").write_text('{"models": ', encoding="utf-8")
-    with pytest.raises(UserError, match="is damaged; repeat the command"):
+    with pytest.raises(UserError, match="is damaged; repeat birdstrike calibrate-models"):
         read_models(tmp_path)
