@@ -267,7 +267,7 @@ def test_of_a_folder_where_no_call_has_finished_the_resumption_is_named(tmp_path
     ],
 )
 def test_a_model_that_cannot_be_exported_is_named(
-    calibrated: Calibrated, tmp_path: Path, source: str, given: dict[str, str], said: str
+    calibrated: Calibrated, tmp_path: Path, source: str, given: dict[str, Any], said: str
 ) -> None:
     with pytest.raises(UserError, match=said):
         export(calibrated.folder / source, tmp_path / "bird.k", **given)
