@@ -92,7 +92,8 @@ def simulate_external(
 
 def unusable_scratch(external: External) -> bool:
     """Whether `scratch` is given and is no folder that can be written on this machine."""
-    return external.scratch is not None and not os.access(Path(external.scratch) / ".", os.W_OK | os.X_OK)
+    place = external.scratch
+    return place is not None and not (Path(place).is_dir() and os.access(place, os.W_OK | os.X_OK))
 
 
 def _folder(external: External) -> Path:

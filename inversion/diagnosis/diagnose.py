@@ -119,9 +119,8 @@ def diagnose(
             pipeline, refinement = refined(setups, prepared, simulations, choice, progress)
         held = None if other is None else read_shot("held out", pipeline.shots[0].setup, other, "shots")
         found = pipeline.diagnosis(refinement, held)
-    copy_case(shots[0].case, folder)
-    for name, one in list(zip(case_files([one.name for one in shots]), shots, strict=True))[1:]:
-        write_atomically(folder / name, case_toml(one.case, portable_table(one.case)))
+    for i, (name, one) in enumerate(zip(case_files([one.name for one in shots]), shots, strict=True)):
+        copy_case(one.case, folder, name, f"{Path(name).stem}/" if i else "")
     simulated = any(one.record.simulated for one in shots)
     record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
     return write(replace(found, record=record), folder)

@@ -24,10 +24,10 @@ from birdstrike.inversion.models.campaigns import FitOptions, ModelRuns, ShotSet
 from birdstrike.inversion.models.candidates import Candidate, calibrated_case, candidates, literature_case
 from birdstrike.inversion.models.joint_fit import ModelFit
 from birdstrike.inversion.models.optimisers import refuse_unknown
-from birdstrike.inversion.models.ranking import Ranked, ranked
+from birdstrike.inversion.models.ranking import Ranked, misses, ranked
 from birdstrike.inversion.models.results import ANSWER, ModelAnswer, ModelComparison, save_answer, saved_answer
 from birdstrike.inversion.models.simulations import LatePool
-from birdstrike.inversion.models.warning_summary import DOUBTS_THE_RECORD, summarised
+from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.solver.case.case import CaseSource, as_case
 from birdstrike.solver.sources import digest_files
@@ -35,11 +35,6 @@ from birdstrike.solver.sources import digest_files
 USUAL = ("null", "elastic", "plastic_kinematic", "hydrodynamic", "murnaghan")
 """Models that are calibrated where none are named."""
 FEWEST_RUNS = 8
-MISSES = 2.0
-"""Held-out error over the noise beyond which even the best model is wrong, by the lower end of its 95 % interval.
-
-A true model leaves 1, and the square root of 2 where the simulation errs by as much as the record's noise; at 2 half of
-the mean square is neither, which a chi-square test refuses from 20 independent points on (p = 0.005)."""
 INVERSION = Path(__file__).parents[1]
 
 Report = Callable[[str, float], None]
@@ -242,7 +237,7 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
     by = "shot" if len(setups) > 1 else "time block"
     sentences = {shot: _of_shot(found, shot, order) for shot, order in found.per_shot.items()}
     speeds = {setup.name: setup.case.impact.speed for setup in setups}
-    own = {n: (f"no answer: {one.failure}",) if one.failure else _told(one, found) for n, one in found.answers.items()}
+    own = warnings_of({name: vars(one) for name, one in found.answers.items()}, found.ranking)
     return ModelComparison(
         models=found.answers,
         ranking=found.ranking,
@@ -260,23 +255,10 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
     )
 
 
-def _told(answer: ModelAnswer, found: Ranked) -> tuple[str, ...]:
-    """A model's warnings; where it misses a record that the first model follows, it has no say on that record's clock
-    and sign."""
-    if not misses(answer.expected_95) or misses(found.answers[found.ranking[0]].expected_95):
-        return tuple(answer.warnings)
-    return tuple(line for line in answer.warnings if not DOUBTS_THE_RECORD.search(line))
-
-
 def _of_shot(found: Ranked, shot: str, order: Sequence[str]) -> str:
     """What the ranking of one shot says."""
     errors = {name: found.answers[name].heldout[shot] for name in order}
     return _verdict(errors, order, found.tied_per_shot[shot], found.answers[order[0]].heldout_95[shot])
-
-
-def misses(interval_95: tuple[float, float] | None) -> bool:
-    """Whether a held-out error over the noise is more than noise and a numerical error can be, by its interval."""
-    return interval_95 is not None and interval_95[0] > MISSES
 
 
 def _missed(found: Ranked) -> tuple[str, ...]:

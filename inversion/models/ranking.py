@@ -25,6 +25,11 @@ MATTERS = 0.02
 """Of an error: a smaller difference of two models is a tie whatever the bootstrap says, since it takes the calibrated
 constants as given, and these are no more exact."""
 
+MISSES = 2.0
+"""Held-out error over the noise beyond which even the best model is wrong, by the lower end of its 95 % interval.
+
+A true model leaves 1, and the square root of 2 where the simulation errs by as much as the record's noise; at 2 half of
+the mean square is neither, which a chi-square test refuses from 20 independent points on (p = 0.005)."""
 Residuals = Mapping[str, Mapping[str, Sequence[float]]]
 """shot -> channel -> residuals over their noise."""
 
@@ -32,6 +37,11 @@ Residuals = Mapping[str, Mapping[str, Sequence[float]]]
 def shot_error(residuals: Mapping[str, Sequence[float]]) -> float:
     """Whitened root mean square of one shot's channels, each counted once."""
     return float(np.sqrt(np.mean([np.mean(np.square(own)) for own in residuals.values()])))
+
+
+def misses(interval_95: Sequence[float] | None) -> bool:
+    """Whether a held-out error over the noise is more than noise and a numerical error can be, by its interval."""
+    return interval_95 is not None and interval_95[0] > MISSES
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,9 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+from birdstrike.inversion.models.ranking import misses
 
 MOST_NAMED = 3  # channels
 MOST_MODELS = 9
@@ -47,6 +50,23 @@ def summarised(lines: Mapping[str, Iterable[str]]) -> tuple[str, ...]:
                 kinds.setdefault(kind, []).append(Found(model, line, met.groupdict()))
     grave, minor = ([kind.told(kinds[kind]) for kind in part if kind in kinds] for part in (GRAVE, MINOR))
     return (*grave, *(f"{_list(models, MOST_MODELS)}: {line}" for line, models in others.items()), *minor)
+
+
+def warnings_of(models: Mapping[str, Mapping[str, Any]], ranking: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Model -> its warnings as a comparison tells them, or why it has no answer.
+
+    A model that misses a record which the first of the ranking follows has no say on that record's clock and sign.
+    models: as models.json has them.
+    """
+    followed = bool(ranking) and not misses(models[ranking[0]].get("expected_95"))
+
+    def told(one: Mapping[str, Any]) -> tuple[str, ...]:
+        if failure := one.get("failure"):
+            return (f"no answer: {failure}",)
+        mute = followed and misses(one.get("expected_95"))
+        return tuple(line for line in one.get("warnings", ()) if not (mute and DOUBTS_THE_RECORD.search(line)))
+
+    return {name: told(one) for name, one in models.items()}
 
 
 def _no_answer(found: Sequence[Found]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.high_frequency import digitiser_step
@@ -159,9 +160,10 @@ def _far_from_any_around(values: Array, usual: float) -> NDArray[np.bool_]:
     Only these can be lost samples. A converter of 16 bits has some 10000 levels; one by one, a million readings of it
     would take minutes.
     """
-    reach = AROUND + DROPOUT_RUN
-    around = np.lib.stride_tricks.sliding_window_view(np.pad(values, reach, mode="edge"), 2 * reach + 1)
-    return np.maximum(around.max(axis=1) - values, values - around.min(axis=1)) > usual
+    width = 2 * (AROUND + DROPOUT_RUN) + 1
+    above = maximum_filter1d(values, width, mode="nearest") - values
+    below = values - minimum_filter1d(values, width, mode="nearest")
+    return np.maximum(above, below) > usual
 
 
 def _off_those_around(values: Array, lost: NDArray[np.bool_], begin: int, end: int) -> float:

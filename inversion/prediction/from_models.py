@@ -16,7 +16,7 @@ from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.models.results import read_comparison
 from birdstrike.inversion.models.scaled import Scale
-from birdstrike.inversion.models.warning_summary import summarised
+from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.prediction.from_inversion import NO_SAMPLE, rough_draws
 from birdstrike.inversion.prediction.learnt import (
     Explanation,
@@ -79,10 +79,7 @@ def _which(kept: Sequence[str], shares: Mapping[str, float]) -> str:
 
 def _warnings(content: Mapping[str, Any], kept: Sequence[str]) -> Iterator[str]:
     """Those of the comparison as a whole, then those of the models that are used, and of no other."""
-    own = {
-        name: (f"no answer: {one['failure']}",) if one.get("failure") else tuple(one.get("warnings", ()))
-        for name, one in content["models"].items()
-    }
+    own = warnings_of(content["models"], content["ranking"])
     of_models = summarised(own)
     yield from (line for line in content.get("warnings", ()) if line not in of_models)
     yield from summarised({name: own[name] for name in kept})

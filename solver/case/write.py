@@ -19,13 +19,15 @@ DECK, MESH, BASELINES = "deck", "mesh", "baselines"
 """Folders beside `case.toml`: files of an external solver's deck, of a target's mesh, and records of baselines."""
 
 
-def copy_case(case: Case, folder: Path) -> None:
-    """Write `case.toml` into the folder, and beside it the files that it names."""
-    for name, path in named_files(case).items():
-        if path.resolve() != (folder / name).resolve():
-            with whole_file(folder / name) as temporary:
+def copy_case(case: Case, folder: Path, name: str = "case.toml", place: str = "") -> None:
+    """Write the case into the folder as `name`, and the files that it names beside it; place: "" or a folder in it for
+    these, with "/" behind, where the files of several cases lie in one folder."""
+    for own, path in named_files(case).items():
+        copy = folder / f"{place}{own}"
+        if path.resolve() != copy.resolve():
+            with whole_file(copy) as temporary:
                 shutil.copyfile(path, temporary)
-    write_atomically(folder / "case.toml", case_toml(case, portable_table(case)))
+    write_atomically(folder / name, case_toml(case, portable_table(case, place)))
 
 
 def named_files(case: Case) -> dict[str, Path]:

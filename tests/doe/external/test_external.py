@@ -144,7 +144,7 @@ def test_a_program_that_is_not_there_is_the_user_s_error_and_no_failed_run(tmp_p
 
 @pytest.mark.parametrize("scratch", ["missing", "file"])
 def test_a_scratch_folder_that_is_none_is_named_and_ends_a_campaign(tmp_path: Path, scratch: str) -> None:
-    (tmp_path / "file").touch()
+    (tmp_path / "file").touch(mode=0o755)
     path = written(tmp_path)
     path.write_text(path.read_text().replace("[external]\n", f"[external]\nscratch = '{tmp_path / scratch}'\n"))
     case = load_case(path)

@@ -14,7 +14,7 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
-from birdstrike.inversion.models.warning_summary import summarised
+from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.prediction.from_models import read_models
 from birdstrike.inversion.prediction.predict import PredictOptions, predict
 from birdstrike.inversion.prediction.reading import read_learnt
@@ -71,6 +71,20 @@ def test_models_that_are_not_used_are_not_warned_of(folder: Path, tmp_path: Path
     content["warnings"] = ["of the comparison", *summarised({"murnaghan": ["its own"], "null": [of_other]})]
     (copy / "models.json").write_text(json.dumps(content), encoding="utf-8")
     assert read_models(copy).warnings == ("of the comparison", "murnaghan: its own")
+
+
+def test_what_a_model_that_misses_doubts_does_not_double_the_warning_of_one_that_is_used(
+    folder: Path, tmp_path: Path
+) -> None:
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    content = json.loads((copy / "models.json").read_text(encoding="utf-8"))
+    late = "force lies beside the runs best when its clock is moved by +0.10 ms; a late or early trigger?"
+    used = content["models"]["murnaghan"] | {"warnings": [late], "expected_95": [0.9, 1.1]}
+    missing = {"failure": None, "warnings": [late], "expected_95": [29.0, 31.0], "probability_best": 0.0}
+    content["models"] = {"murnaghan": used, "null": missing}
+    content["warnings"] = list(summarised(warnings_of(content["models"], content["ranking"])))
+    (copy / "models.json").write_text(json.dumps(content), encoding="utf-8")
+    assert read_models(copy).warnings == (f"beside the runs of murnaghan: {late}",)
 
 
 def test_a_model_without_a_stored_sample_is_drawn_from_its_intervals(folder: Path, tmp_path: Path) -> None:

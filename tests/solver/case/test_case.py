@@ -284,3 +284,18 @@ def test_a_copied_case_takes_its_baselines_along(tmp_path: Path) -> None:
     assert [Path(path).read_text() for path in (first, second)] == ["home", "later"]
     assert shipped == "openradioss_clean1"
     assert str(tmp_path) not in (tmp_path / "moved" / "case.toml").read_text()
+
+
+def test_cases_of_several_shots_in_one_folder_keep_their_own_files(tmp_path: Path) -> None:
+    """Two baselines of one name, one a case: neither case takes the other's."""
+    names = {"case.toml": "", "diagnosis_fast.toml": "diagnosis_fast/"}
+    for name, place in names.items():
+        home = tmp_path / name
+        home.mkdir()
+        (home / "clean.csv").write_text(name)
+        (home / "shot.toml").write_text('extends = "reference_strike"\n[diagnosis]\nbaselines = ["clean.csv"]\n')
+        copy_case(load_case(home / "shot.toml"), tmp_path / "out", name, place)
+        shutil.rmtree(home)
+    for name in names:
+        (baseline,) = load_case(tmp_path / "out" / name).diagnosis.baselines
+        assert Path(baseline).read_text() == name
