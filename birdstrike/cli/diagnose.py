@@ -49,7 +49,7 @@ class Bird(StrEnum):
 BaselineBird = Annotated[
     Bird | None,
     typer.Option(
-        help="Bird of the baselines. same: of the shot's batch, cast and shot alike; recipe: cast by one recipe; "
+        help="Birds of shots and baselines. same: of one batch, cast and shot alike; recipe: cast by one recipe; "
         "other: unlike; auto (default): not known, the records decide."
     ),
 ]

@@ -564,7 +564,7 @@ def parameters(fit: Fit, shot: Shot, model: Hypothesis) -> dict[str, dict[str, A
     """Dotted key -> value, interval_95, unit, identified; SI."""
     space = shot.setup.plan.space
     k = len(space.names)
-    mean, sd = fit.interval(shot.group, k)
+    mean, sd = fit.interval(shot.name, k)
     low, high = (np.clip(mean + s * NORMAL_95 * sd, 0.0, 1.0) for s in (-1, 1))
     ends = [space.to_physical(z[None])[0] for z in (low, estimate(shot, model, fit)[0], high)]
     return {

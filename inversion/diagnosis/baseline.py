@@ -55,7 +55,7 @@ def read_baselines(records: Mapping[str, tuple[Measured, Setup]], channels: Sequ
     warnings: list[str] = []
     for name, (record, setup) in records.items():
         try:
-            one = read_shot(name, setup, record, name, True)
+            one = read_shot(name, setup, record, True)
         except UserError as error:
             warnings.append(left_out(name, "; ".join(error.errors)))
             continue
@@ -109,7 +109,7 @@ def baseline_shapes(fits: Mapping[str, tuple[Shot, Fit]], shapes: Mapping[str, S
     curves: dict[str, Array] = {}
     for shot, fit in fits.values():
         smooth = discrepancy_of(fit)
-        grid = shot.setup.split(shot.setup.grid(fit.places.z[shot.group][None])[0])
+        grid = shot.setup.split(shot.setup.grid(fit.places.z[shot.name][None])[0])
         for i, trace in enumerate(shot.record.traces):
             own = np.interp(shot.setup.time, trace.middle, smooth[shot.record.channel == i])
             draws.setdefault(trace.name, []).append(own)
@@ -144,6 +144,6 @@ def discrepancy_of(fit: Fit) -> Array:
 
 def residual_rms(shot: Shot, fit: Fit) -> dict[str, float]:
     """channel -> RMS of a calibrated shot's residual, SI."""
-    curve = shot.sample(shot.setup.grid(fit.places.z[shot.group][None]))[0]
+    curve = shot.sample(shot.setup.grid(fit.places.z[shot.name][None]))[0]
     residual = shot.record.values - curve
     return rms_by_channel(shot, residual)

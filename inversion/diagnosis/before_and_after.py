@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.units import quantity_text
@@ -48,19 +49,22 @@ class Held:
         return cls(name, float(np.sqrt(squared.mean())), -float(np.mean(0.5 * squared + np.log(sd))), shot)
 
 
-def hold_out(problem: Problem, hypothesis: Hypothesis, fit: Fit) -> list[Held]:
-    """Every part of the measured shots, predicted by the model refitted (linearly, about its fit) to the rest."""
+def hold_out(problem: Problem, hypothesis: Hypothesis, fit: Fit, alike: bool = True) -> list[Held]:
+    """Every part of the measured shots, predicted by the model refitted (linearly, about its fit) to the rest.
+
+    alike: whether the birds are; where they are not, no shot tells of the bird of another, and none is held out whole.
+    """
 
     def predicted_part(part: tuple[str, tuple[Shot, ...], tuple[Shot, np.ndarray]]) -> Held:
         name, kept, (shot, points) = part
         residual, sd = _predicted(problem, hypothesis, fit, kept, shot)
         return Held.of(name, residual[points], sd[points], shot.name)
 
-    return each(predicted_part, parts(problem.shots))
+    return each(predicted_part, parts(problem.shots, alike))
 
 
-def parts(shots: Sequence[Shot]) -> list[tuple[str, tuple[Shot, ...], tuple[Shot, np.ndarray]]]:
-    """(name, shots that are fitted, (shot, points that are predicted))."""
+def parts(shots: Sequence[Shot], alike: bool = True) -> list[tuple[str, tuple[Shot, ...], tuple[Shot, np.ndarray]]]:
+    """(name, shots that are fitted, (shot, points that are predicted)); alike: of `hold_out`."""
     measured = [shot for shot in shots if not shot.baseline]
     found = []
     for shot in measured:
@@ -72,7 +76,7 @@ def parts(shots: Sequence[Shot]) -> list[tuple[str, tuple[Shot, ...], tuple[Shot
             for i, channel in enumerate(shot.channels):
                 of = shot.record.channel == i
                 found.append((f"channel {channel}{suffix}", _with(shots, shot, masked(shot, ~of)), (shot, of)))
-    if len(measured) > 1:
+    if len(measured) > 1 and alike:
         for shot in measured:
             rest = tuple(one for one in shots if one is not shot)
             found.append((f"shot {shot.name}", rest, (shot, np.ones(len(shot.record.values), dtype=bool))))
@@ -99,7 +103,7 @@ def _predicted(
     problem: Problem, hypothesis: Hypothesis, fit: Fit, kept: tuple[Shot, ...], shot: Shot
 ) -> tuple[Array, Array]:
     """(n,) residual of a shot by the fit to what is kept, and its standard deviation by noise, numerical error and
-    discrepancy.
+    discrepancy, with what the other shots' residuals tell of it. A shot that is not among them has their mean bird.
     """
     kinds = {kind for shot in kept for kind in shot.kinds}
     known = problem.known.only(kinds)
@@ -111,12 +115,13 @@ def _predicted(
     model = replace(hypothesis, members=members)
     evidence = tester.model(model, [places.h[one.label] for one in members] if members else None)
     k = len(shot.setup.lows)
-    at = system.groups.index(shot.group) * k if shot.group in system.groups else None
-    z = fit.places.z[shot.group] if at is None else 0.5 + PRIOR_SD * evidence.z[at : at + k]
-    z = np.clip(z, shot.setup.lows, shot.setup.highs)
+    birds = {one.name: evidence.z[system.names.index(one.name) * k :][:k] for one in kept if not one.baseline}
+    bird = birds[shot.name] if shot.name in birds else np.mean(list(birds.values()), axis=0)
+    z = np.clip(0.5 + PRIOR_SD * bird, shot.setup.lows, shot.setup.highs)
     sizes = {one.label: float(h) for one, h in zip(members, evidence.h, strict=True)}
     residual = shot.record.values - predicted(shot, hypothesis, z, sizes)
-    mean, sd = expected_residual(shot, problem, hypothesis, fit)
+    others = [one for one in problem.shots if one.name != shot.name]
+    mean, sd = expected_residual(shot, problem, hypothesis, fit, others)
     return residual - mean, sd
 
 
@@ -152,7 +157,7 @@ def estimate(shot: Shot, hypothesis: Hypothesis, fit: Fit) -> tuple[Array, dict[
     """(k,) fractions of the ranges and size h by label, as the answer states them: the posterior means, inside the
     emulator's box and the effects' limits; the place about which the fit is linear may lie a step beside.
     """
-    mean, _ = fit.interval(shot.group, len(shot.setup.lows))
+    mean, _ = fit.interval(shot.name, len(shot.setup.lows))
     sizes = zip(hypothesis.members, fit.evidence.h, strict=True)
     return np.clip(mean, shot.setup.lows, shot.setup.highs), {
         one.label: float(np.clip(h, *one.limits)) for one, h in sizes
@@ -174,11 +179,13 @@ def predicted(shot: Shot, hypothesis: Hypothesis, z: Array, sizes: dict[str, flo
     return curve
 
 
-def expected_residual(shot: Shot, problem: Problem, model: Hypothesis, fit: Fit) -> tuple[Array, Array]:
+def expected_residual(
+    shot: Shot, problem: Problem, model: Hypothesis, fit: Fit, others: Sequence[Shot] | None = None
+) -> tuple[Array, Array]:
     """(n,) mean and standard deviation of a measured shot's residual where the model is right, SI.
 
-    Noise, numerical error and discrepancy at the likeliest amplitudes; what the baselines' residuals tell of the shot's
-    is its mean, and no part of its spread (conditional normal distribution).
+    Noise, numerical error and discrepancy at the likeliest amplitudes; what the residuals of others, by default of the
+    baselines, tell of the shot's is its mean, and no part of its spread (conditional normal distribution).
     """
     system, evidence, columns = fit.system, fit.evidence, fit.tester.columns
     node = int(evidence.weights.argmax())
@@ -191,13 +198,17 @@ def expected_residual(shot: Shot, problem: Problem, model: Hypothesis, fit: Fit)
     amplitudes = fit.tester.combinations[node]
     for block, amplitude in zip(system.blocks, amplitudes, strict=True):
         whole[np.ix_(block.rows, block.rows)] += block.F + amplitude**2 * block.U
-    counts = [len(own.record.values) for own in problem.shots]
-    known = np.flatnonzero(np.repeat([own.baseline for own in problem.shots], counts))
-    own = np.flatnonzero(np.repeat([one.name == shot.name for one in problem.shots], counts))
+    told = [one for one in problem.shots if one.baseline] if others is None else others
+    known, own = _rows(problem.shots, [one.name for one in told]), _rows(problem.shots, [shot.name])
     gain = np.linalg.solve(whole[np.ix_(known, known)], whole[np.ix_(known, own)])
     covariance = whole[np.ix_(own, own)] - whole[np.ix_(own, known)] @ gain
     noise = system.noise[np.ix_(own, own)]
     return noise @ (gain.T @ left[known]), np.sqrt(np.einsum("ij,jk,ik->i", noise, covariance, noise))
+
+
+def _rows(shots: Sequence[Shot], names: Sequence[str]) -> NDArray[np.intp]:
+    """Numbers of the points of some shots among those of all."""
+    return np.flatnonzero(np.repeat([one.name in names for one in shots], [len(one.record.values) for one in shots]))
 
 
 @dataclass(frozen=True)

@@ -84,7 +84,7 @@ def diagnose(
     channels : sequence of str
         Channels of the records that are used, all where none is named; of baselines and `heldout` the same.
     baseline_bird : {'auto', 'same', 'recipe', 'other'}, optional
-        What is known of the baselines' birds beside the shots': of one batch, cast and shot alike; of one recipe;
+        What is known of the birds of all shots, baselines included: of one batch, cast and shot alike; of one recipe;
         unlike; `auto`: nothing, the records decide. By default the first case's `diagnosis.baseline_bird`.
 
     Raises
@@ -110,14 +110,14 @@ def diagnose(
         shots, lost = predicted_shots(shots, setups)
 
         def prepared(setups: Mapping[str, Setup]) -> Pipeline:
-            own = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record, "shots") for one in shots)
+            own = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record) for one in shots)
             beside = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
             used = tuple(dict.fromkeys(channel for shot in own for channel in shot.channels))
             return Pipeline(own, read_baselines(beside, used), choice, simulations, (*lost, *records.warnings))
 
         with choice.display("Runs near the fits") as progress:
             pipeline, refinement = refined(setups, prepared, simulations, choice, progress)
-        held = None if other is None else read_shot("held out", pipeline.shots[0].setup, other, "shots")
+        held = None if other is None else read_shot("held out", pipeline.shots[0].setup, other)
         found = pipeline.diagnosis(refinement, held)
     for i, (name, one) in enumerate(zip(case_files([one.name for one in shots]), shots, strict=True)):
         copy_case(one.case, folder, name, f"{Path(name).stem}/" if i else "")
@@ -345,7 +345,7 @@ def refined(
         share = near.share
         shares.append(share)
         progress(1.0 if share < PAYS else added / max(budget, 1))
-        if not near.groups:
+        if not near.shots:
             reason = "no fit without an effect explains the records: runs near it would not help"
         elif share < PAYS:
             reason = f"the emulator adds {100 * share:.0f} % to an interval's variance"

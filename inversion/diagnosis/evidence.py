@@ -104,7 +104,7 @@ of the very test to one that is as wrong as what a laboratory cannot measure."""
 
 
 BIRDS = {"same": 0.02, "recipe": 0.1, "other": 1.0}
-"""Prior standard deviations by which a baseline's parameters may lie from the shot's: birds of one batch; birds cast by
+"""Prior standard deviations by which the parameters of two shots may lie apart: birds of one batch; birds cast by
 one recipe, which scatter by a tenth of what is known of a recipe beforehand; birds of which one says nothing of the
 other. Each is as likely as the others unless the user states which it is."""
 BIRDS_APART = tuple(BIRDS.values())
@@ -149,7 +149,7 @@ class ModelTester:
     places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior, whose
     standard deviations `deviations` has, one for all magnitudes of a model. A node
     is one amplitude of the discrepancy for each kind of sensor, one size of the unnamed errors, and one distance of the
-    baselines' birds from the shots'. The groups' parameters stand in `columns` as their mean and their differences
+    birds from each other. The shots' parameters stand in `columns` as their mean and their differences
     (orthonormal: Helmert), which are independent at every such distance; what `Evidence` has is turned back.
     """
 
@@ -165,7 +165,7 @@ class ModelTester:
     ) -> None:
         self.system, self.known, self.places, self.scale = system, known, dict(places or {}), scale
         self.deviations = scale * SIZES
-        apart = apart if len(system.groups) > 1 else apart[-1:]
+        apart = apart if len(system.names) > 1 else apart[-1:]
         amplitudes = known.combinations() if combinations is None else combinations
         weights = known.log_weights() if combinations is None else np.full(len(amplitudes), -np.log(len(amplitudes)))
         self.combinations = np.tile(amplitudes, (len(unnamed) * len(apart), 1))
@@ -183,10 +183,10 @@ class ModelTester:
 
     @cached_property
     def rotation(self) -> Array:
-        """(r, r) from the groups' parameters to their mean and their differences."""
-        at, groups = self.system.at["J"], len(self.system.groups)
-        turned = helmert(groups, full=True) if groups > 1 else np.eye(1)
-        return np.kron(turned, np.eye((at.stop - at.start) // groups))
+        """(r, r) from the shots' parameters to their mean and their differences."""
+        at, shots = self.system.at["J"], len(self.system.names)
+        turned = helmert(shots, full=True) if shots > 1 else np.eye(1)
+        return np.kron(turned, np.eye((at.stop - at.start) // shots))
 
     def by_bird(self, hypothesis: Hypothesis, sizes: Sequence[float] | Array) -> Array:
         """(3,) log marginal likelihood of the records under each of `BIRDS`; -inf where it is not among the nodes.
@@ -222,9 +222,9 @@ class ModelTester:
     def sizes(self, nodes: Indices) -> Array:
         """(nodes, r) prior standard deviations of the free directions."""
         J, P, N = (self.system.at[name] for name in ("J", "unnamed", "nuisance"))
-        groups, apart = len(self.system.groups), self.apart[nodes, None] ** 2
-        mean = np.sqrt(groups * (1.0 - apart) + apart)  # of parameters with unit variance and 1 - apart in common
-        J_mean = np.repeat(mean, (J.stop - J.start) // groups, axis=1)
+        shots, apart = len(self.system.names), self.apart[nodes, None] ** 2
+        mean = np.sqrt(shots * (1.0 - apart) + apart)  # of parameters with unit variance and 1 - apart in common
+        J_mean = np.repeat(mean, (J.stop - J.start) // shots, axis=1)
         J_rest = np.repeat(np.sqrt(apart), J.stop - J.start - J_mean.shape[1], axis=1)
         unnamed = np.repeat(self.unnamed[nodes, None], P.stop - P.start, axis=1)
         return np.hstack([J_mean, J_rest, unnamed, np.ones((len(nodes), N.stop - N.start))])

@@ -33,7 +33,7 @@ def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]
     """Of the measured shots; fits: `before`, `after` -> label of the model.
 
     parameters: the sought ones; systems: one a case; shots: name and system; effects: with the limits, SI, of what was
-    looked at; fits: parameters and effects, SI, by shot's group; posterior, discrepancy, conditions, contacts (first
+    looked at; fits: parameters of the first shot and effects, SI; posterior, discrepancy, conditions, contacts (first
     contact [s] by shot): what `predict` carries to another case.
     """
     setups = setups_of(shots)
@@ -65,7 +65,7 @@ def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]
 
 
 def _point(ranking: Ranking, fit: Fit, label: str, shot: Shot) -> Table:
-    """Parameters (k,) SI of the shots' group, and magnitudes SI by the effect's label."""
+    """Parameters (k,) SI of a shot, and magnitudes SI by the effect's label."""
     z, h = estimate(shot, ranking.models[label], fit)
     sizes = {one.label: one.magnitude(h[one.label]) for one in ranking.models[label].members}
     return {"model": label, "theta": list(shot.setup.plan.values(z).values()), "effects": sizes}
@@ -77,8 +77,8 @@ def _posterior(ranking: Ranking, shots: Sequence[Shot]) -> list[Table]:
     Without the faults of sensors that are left out: no record identifies their size, and what is predicted does not
     hang on such a sensor.
 
-    parameters (n, k) SI of the shots' bird; magnitudes: (n, members) SI; amplitude: kind of sensor -> (n,) share of the
-    peak, of the part of the discrepancy that is marginalised; residuals: of each shot, see `_residuals`.
+    parameters (n, k) SI of the first shot's bird; magnitudes: (n, members) SI; amplitude: kind of sensor -> (n,) share
+    of the peak, of the part of the discrepancy that is marginalised; residuals: of each shot, see `_residuals`.
     """
     kept = [label for label in ranking.confidence_set if all(one.seen for one in ranking.models[label].members)]
     total = sum(ranking.shares[label] for label in kept)
@@ -93,15 +93,12 @@ def _posterior(ranking: Ranking, shots: Sequence[Shot]) -> list[Table]:
 
 
 def _drawn(ranking: Ranking, label: str, shots: Sequence[Shot]) -> Table:
-    hypothesis, shot = ranking.models[label], shots[0]
-    setup = shot.setup
-    standing = ranking.standings[label]
-    fit, tester = standing.fit, standing.fit.tester
+    hypothesis, standing = ranking.models[label], ranking.standings[label]
+    tester = standing.fit.tester
     sizes, rng = [float(h) for h in standing.at_fit.h], np.random.default_rng(0)
     parameters, found, nodes = tester.draws(hypothesis, sizes, DRAWS, rng)
-    k = len(setup.lows)
-    begin = fit.system.groups.index(shot.group) * k
-    z = np.clip(0.5 + PRIOR_SD * parameters[:, begin : begin + k], setup.lows, setup.highs)
+    birds = dict(zip(tester.system.names, np.split(parameters, len(tester.system.names), axis=1), strict=True))
+    z = [np.clip(0.5 + PRIOR_SD * birds[one.name], one.setup.lows, one.setup.highs) for one in shots]
     h = np.array([np.clip(column, *one.limits) for one, column in zip(hypothesis.members, found.T, strict=True)])
     magnitudes = [
         [one.magnitude(float(size)) for size in column] for one, column in zip(hypothesis.members, h, strict=True)
@@ -110,10 +107,12 @@ def _drawn(ranking: Ranking, label: str, shots: Sequence[Shot]) -> Table:
         "members": [one.label for one in hypothesis.members],
         "names": [one.name for one in hypothesis.members],
         "sizes": [one.size for one in hypothesis.members],
-        "parameters": setup.plan.space.to_physical(z),
+        "parameters": shots[0].setup.plan.space.to_physical(z[0]),
         "magnitudes": np.array(magnitudes).reshape(len(hypothesis.members), DRAWS).T,
         "amplitude": {kind: tester.combinations[nodes, i] for i, kind in enumerate(tester.kinds)},
-        "residuals": [_residuals(one, hypothesis, z, h.reshape(-1, DRAWS).T) for one in shots],
+        "residuals": [
+            _residuals(one, hypothesis, own, h.reshape(-1, DRAWS).T) for one, own in zip(shots, z, strict=True)
+        ],
     }
 
 

@@ -102,7 +102,7 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
     needed = ""
     if other_bird:
         found.insert(0, (max(told(*_beside_own_bird(ranking, compared)), now), BASELINE, OWN_BIRD))
-        needed = "beside a baseline of another bird nothing is attributed, because model error changes with the bird"
+        needed = "beside a shot of another bird nothing is attributed, because model error changes with the bird"
     if not found:
         return None
     best, name, what = found[0]
@@ -178,11 +178,11 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, compared: list[s
     if not peak:
         return None
     k = len(setup.lows)
-    u = plan.unit[done] - fit.places.z[shot.group]
+    u = plan.unit[done] - fit.places.z[shot.name]
     basis = np.column_stack([np.ones(len(u)), u, *(u[:, i] * u[:, j] for i in range(k) for j in range(i, k))])
     coefficients = np.linalg.lstsq(basis, curves, rcond=None)[0]
-    J = np.zeros((POINTS, len(fit.system.groups) * k))
-    at = fit.system.groups.index(shot.group) * k
+    J = np.zeros((POINTS, len(fit.system.names) * k))
+    at = fit.system.names.index(shot.name) * k
     J[:, at : at + k] = PRIOR_SD * coefficients[1 : 1 + k].T
     signatures, node = slopes(shot, name, t), _likeliest(ranking, compared)
     J = J @ fit.tester.rotation.T * fit.tester.sizes(np.array([node]))[0, : J.shape[1]]

@@ -171,18 +171,23 @@ class Pipeline:
         return beside_baselines(kinds, shown, len(found), stated, self.options.remainder_scale)
 
     def _same_bird(self, ranking: Ranking) -> float | None:
-        """Probability that the baselines' birds are the shots'; None without baselines.
+        """Probability that the birds of all shots, baselines included, are one; None of a single shot.
 
         0 where the records contradict what was stated of them: an answer on a wrong premise attributes nothing.
         """
-        if not self.baselines.shots:
+        if not self.several:
             return None
         return 0.0 if self.contradicted(ranking) else ranking.same_bird
 
+    @property
+    def several(self) -> bool:
+        """Whether there are shots whose birds may differ."""
+        return len(self.shots) + len(self.baselines.shots) > 1
+
     def contradicted(self, ranking: Ranking) -> bool:
-        """Whether the records make the stated bird of the baselines unlikely."""
+        """Whether the records make what is stated of the birds unlikely."""
         stated = self.options.baseline_bird
-        return bool(self.baselines.shots) and stated != AUTO and ranking.birds[stated] < CONTRADICTED
+        return self.several and stated != AUTO and ranking.birds[stated] < CONTRADICTED
 
     def _chosen(self, ranking: Ranking, verdict: str) -> str | None:
         """The single effect whose case is written: the likeliest, where it is likelier than none."""
@@ -200,7 +205,7 @@ class Pipeline:
         close = _close(ranking, chosen, ahead)
         ranking = ranking.refitted(chosen) if chosen else ranking
         runs, failed = self._checked(ranking, chosen)
-        held = self._held_out(ranking, chosen, heldout)
+        held = self._held_out(ranking, chosen, heldout, not of_another_bird(bird))
         if verdict == ATTRIBUTED and chosen and (against := _unpredicted(ranking, chosen, held)):
             verdict, close = AMBIGUOUS, [*close, *against]
         if chosen and heldout is not None:
@@ -260,10 +265,12 @@ class Pipeline:
                 wanted[f"{shot.name} after"] = (shot, ranking.fits[chosen], ranking.models[chosen])
         return run_at(wanted, self.simulations)
 
-    def _held_out(self, ranking: Ranking, chosen: str | None, heldout: Shot | None) -> dict[str, list[Held]]:
-        """Parts of the data that each model predicts."""
+    def _held_out(
+        self, ranking: Ranking, chosen: str | None, heldout: Shot | None, alike: bool
+    ) -> dict[str, list[Held]]:
+        """Parts of the data that each model predicts; alike: whether the birds are."""
         labels = [NONE] + ([chosen] if chosen else [])
-        held = {label: hold_out(ranking.problem, ranking.models[label], ranking.fits[label]) for label in labels}
+        held = {label: hold_out(ranking.problem, ranking.models[label], ranking.fits[label], alike) for label in labels}
         if heldout is not None:
             for label in labels:
                 fit, model = ranking.fits[label], ranking.models[label]
@@ -311,6 +318,33 @@ class Pipeline:
             },
         }
 
+    def _of_birds(self, ranking: Ranking) -> list[str]:
+        """A warning where the birds are not what was stated, or not one, so that nothing is attributed."""
+        stated = self.options.baseline_bird
+        if not self.several:
+            if stated == AUTO:
+                return []
+            return [
+                f"the birds are stated to be alike or not ({stated}), but there is a single shot: the statement has no "
+                "effect; pass the record of the clean shot with --baseline"
+            ]
+        if self.contradicted(ranking):
+            birds = ranking.birds
+            likeliest = max(BIRDS, key=lambda name: birds[name])
+            return [
+                f"the records contradict what was stated of the birds ({stated}: probability {birds[stated]:.2g}; "
+                f"{likeliest}: {birds[likeliest]:.2f}): the effects rest on a wrong premise, so that none is "
+                "attributed; check the birds of all shots, or leave --baseline-bird at auto"
+            ]
+        if not of_another_bird(self._same_bird(ranking)):
+            return []
+        known = "as stated" if stated != AUTO else f"probability that they are: {ranking.same_bird:.2g}"
+        return [
+            f"the birds of the shots and baselines are not of one recipe ({known}): model error changes with the bird "
+            "and may be taken for an effect, so that an alarm means little and none is attributed; fire a baseline "
+            "with a bird of the shot's own recipe"
+        ]
+
     def _warnings(
         self,
         ranking: Ranking,
@@ -327,27 +361,7 @@ class Pipeline:
                 "that only effects larger than the model error can be named; fire a shot in which nothing is changed "
                 "and pass it with --baseline"
             )
-        if self.options.baseline_bird != AUTO and not self.baselines.shots:
-            found.append(
-                f"the bird of the baseline is stated ({self.options.baseline_bird}), but no baseline is used: the "
-                "statement has no effect; pass the record of the clean shot with --baseline"
-            )
-        if self.contradicted(ranking):
-            stated, birds = self.options.baseline_bird, ranking.birds
-            likeliest = max(BIRDS, key=lambda name: birds[name])
-            found.append(
-                f"the records contradict the bird that was stated for the baseline ({stated}: probability "
-                f"{birds[stated]:.2g}; {likeliest}: {birds[likeliest]:.2f}): the effects rest on a wrong premise, so "
-                "that none is attributed; check the birds of both shots, or leave --baseline-bird at auto"
-            )
-        elif of_another_bird(self._same_bird(ranking)):
-            stated = self.options.baseline_bird != AUTO
-            known = "as stated" if stated else f"probability that it is: {ranking.same_bird:.2g}"
-            found.append(
-                f"the bird of the baseline is not the shot's ({known}): model error changes with the bird and may be "
-                "taken for an effect, so that an alarm means little and none is attributed; fire the baseline with a "
-                "bird of the shot's own recipe"
-            )
+        found += self._of_birds(ranking)
         found += close
         if chosen and next(one for one in figures if one.name == chosen).at_bound:
             found.append(

@@ -98,8 +98,8 @@ def biases(ranking: Ranking) -> dict[str, dict[str, float]]:
     prior = np.diag(fit.tester.sizes(node)[0, : len(J)] ** -2.0)
     moved = PRIOR_SD * fit.tester.rotation.T @ np.linalg.solve(prior + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
     k = len(space.names)
-    first = fit.system.groups.index(shot.group) * k
-    z = np.clip(fit.places.z[shot.group], STEP, 1.0 - STEP)
+    first = fit.system.names.index(shot.name) * k
+    z = np.clip(fit.places.z[shot.name], STEP, 1.0 - STEP)
     width = (space.to_physical((z + STEP)[None])[0] - space.to_physical((z - STEP)[None])[0]) / (2.0 * STEP)
     shifts = width[:, None] * moved[first : first + k]
     return {label: {name: float(shifts[i, j]) for i, name in enumerate(space.names)} for j, label in enumerate(labels)}

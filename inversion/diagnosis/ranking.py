@@ -81,9 +81,9 @@ class Fit:
         model = self.evidence.hypothesis
         return self.tester.joint(model, [self.places.h.get(one.label, 0.0) for one in model.members])
 
-    def interval(self, group: str, k: int) -> tuple[Array, Array]:
-        """(k,) mean and standard deviation of a group's parameters, fractions of the ranges."""
-        at = self.system.groups.index(group) * k
+    def interval(self, name: str, k: int) -> tuple[Array, Array]:
+        """(k,) mean and standard deviation of a shot's parameters, fractions of the ranges."""
+        at = self.system.names.index(name) * k
         mean = 0.5 + PRIOR_SD * self.evidence.z[at : at + k]
         return mean, PRIOR_SD * np.sqrt(np.diag(self.evidence.z_cov)[at : at + k])
 
@@ -92,7 +92,7 @@ class Fit:
 class Problem:
     """What every refit needs.
 
-    apart: how far the baselines' birds may lie from the shots' (`evidence.BIRDS`); begin: where fits begin, sought by
+    apart: how far the birds may lie apart (`evidence.BIRDS`); begin: where fits begin, sought by
     default.
     """
 
@@ -107,18 +107,17 @@ class Problem:
 
     @cached_property
     def start(self) -> Places:
-        """No effect; the groups' parameters where the records are likeliest, all shots together.
+        """No effect; the parameters where the records are likeliest, all shots together.
 
-        The best of fits from points that fill the ranges, each with one bird in all groups: the curves bend, most where
+        The best of fits from points that fill the ranges, each with one bird in all shots: the curves bend, most where
         the bird's viscosity is small, and beside a discrepancy that shots share a fit can end in a local maximum.
         """
         if self.begin is not None:
             return self.begin
-        setups = {shot.group: shot.setup for shot in self.shots}
         k = len(self.shots[0].setup.lows)
         bare = replace(self, found=())
         places = [
-            Places({group: one.lows + unit * (one.highs - one.lows) for group, one in setups.items()}, {})
+            Places({s.name: s.setup.lows + unit * (s.setup.highs - s.setup.lows) for s in self.shots}, {})
             for unit in [np.full(k, 0.5), *Sobol(k, rng=0).random(STARTS)]
         ]
         fits = each(lambda place: bare.refit(NOTHING, place, FIRST_STEPS), places)
@@ -202,9 +201,9 @@ class Problem:
         z: dict[str, Array] = {}
         for shot in self.shots:
             k = len(shot.setup.lows)
-            mean, _ = fit.interval(shot.group, k)
-            step = whole * np.clip(mean - fit.places.z[shot.group], -FARTHEST, FARTHEST)
-            z[shot.group] = np.clip(fit.places.z[shot.group] + step, shot.setup.lows, shot.setup.highs)
+            mean, _ = fit.interval(shot.name, k)
+            step = whole * np.clip(mean - fit.places.z[shot.name], -FARTHEST, FARTHEST)
+            z[shot.name] = np.clip(fit.places.z[shot.name] + step, shot.setup.lows, shot.setup.highs)
         h = {
             one.label: float(np.clip(size, *one.limits))
             for one, size in zip(hypothesis.members, fit.evidence.h, strict=True)
@@ -345,7 +344,7 @@ class Ranking:
 
     @cached_property
     def same_bird(self) -> float:
-        """Probability that the baselines' birds are of the shots' recipe; 0 without baselines."""
+        """Probability that the birds of all shots, baselines included, are of one recipe; 0 of a single shot."""
         power, own = coarseness(self.evidence), np.array(BIRDS_APART) < max(BIRDS_APART)
         least = min(LIKELY, max(self.shares.values()))
         likely = {label: share for label, share in self.shares.items() if share >= least}
@@ -415,8 +414,8 @@ def _least_astray(problem: Problem, one: Hypothesis, fits: Sequence[Fit]) -> Sta
 def _astray(evidence: Evidence, fit: Fit) -> float:
     """How far the model's parameters lie from where the system was linearised, in ranges: its errors belong there."""
     step = 0.0
-    for i, group in enumerate(fit.system.groups):
-        z = fit.places.z[group]
+    for i, name in enumerate(fit.system.names):
+        z = fit.places.z[name]
         mean = 0.5 + PRIOR_SD * evidence.z[i * len(z) : (i + 1) * len(z)]
         inside = np.clip(mean, 0.0, 1.0)
         step = max(step, float(np.abs(fit.system.roughness * (inside - z)).max()))
@@ -425,10 +424,10 @@ def _astray(evidence: Evidence, fit: Fit) -> float:
 
 def _as_baseline(problem: Problem, none: Hypothesis, fit: Fit) -> list[Fit]:
     """The system where the shots' parameters are a baseline's: a fit without the missing effect is led away from it."""
-    baselines = [shot.group for shot in problem.shots if shot.baseline]
+    baselines = [shot.name for shot in problem.shots if shot.baseline]
     if not baselines:
         return []
-    z = {shot.group: fit.places.z[shot.group if shot.baseline else baselines[0]] for shot in problem.shots}
+    z = {shot.name: fit.places.z[shot.name if shot.baseline else baselines[0]] for shot in problem.shots}
     return [problem.refit(none, Places(z, {}), steps=0)]
 
 

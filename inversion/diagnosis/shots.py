@@ -136,12 +136,11 @@ LATEST_SHIFT = 6e-5  # s: three plausible sizes of the time offset, which the re
 
 @dataclass(frozen=True)
 class Shot:
-    """A record with its setup. group: its shots share the bird's parameters; baseline: nothing is suspected in it."""
+    """A record with its setup and a bird of its own. baseline: nothing is suspected in it."""
 
     name: str
     setup: Setup
     record: Record
-    group: str
     baseline: bool = False
 
     @property
@@ -281,7 +280,7 @@ def unpredicted(setup: Setup, channels: Iterable[str]) -> str:
 
 
 def read_shot(
-    name: str, setup: Setup, measured: Measured, group: str, baseline: bool = False, tolerance: float | None = None
+    name: str, setup: Setup, measured: Measured, baseline: bool = False, tolerance: float | None = None
 ) -> Shot:
     """The record's channels that the setup has, in the window of the simulation; raises MeasuredError without any."""
     own = {c: measured.channels[c] for c in setup.channels if c in measured.channels}
@@ -289,4 +288,4 @@ def read_shot(
         raise MeasuredError([f"{measured.path}: {unpredicted(setup, measured.channels)}"])
     expected = Expected.of_case(setup.plan.case, float(setup.time[-1]), LATEST_SHIFT)
     record = read_record(replace(measured, channels=own), expected, tolerance)
-    return Shot(name, setup, record, group, baseline)
+    return Shot(name, setup, record, baseline)

@@ -68,14 +68,14 @@ class Wanted:
 
 @dataclass(frozen=True)
 class NearFits:
-    """Where runs would help: fit without any effect, groups of shots that it explains, and by how much (share).
+    """Where runs would help: fit without any effect, shots that it explains, and by how much (share).
 
-    share: largest relative increase of a parameter's variance by the emulator's error, of these groups; linearised at
+    share: largest relative increase of a parameter's variance by the emulator's error, of these shots; linearised at
     the fit, prior included.
     """
 
     fit: Fit
-    groups: tuple[str, ...]
+    shots: tuple[str, ...]
     share: float
 
     @classmethod
@@ -83,31 +83,31 @@ class NearFits:
         """Of the records; where a shot needs an effect, the bird of a fit without it is not the shot's."""
         bare = replace(problem, found=())
         fit = bare.refit(NOTHING, problem.start)
-        explained = dict.fromkeys(s.group for s in problem.shots if s.baseline or _misfit(s, bare, fit) < EXPLAINED)
+        explained = [s.name for s in problem.shots if s.baseline or _misfit(s, bare, fit) < EXPLAINED]
         exact = replace(bare, options=replace(problem.options, emulator=False)).tested(NOTHING, fit.places)
         ratio = np.diag(fit.evidence.z_cov) / np.diag(exact.evidence.z_cov)
         k = len(problem.shots[0].setup.lows)
-        own = [ratio[k * fit.system.groups.index(group) :][:k].max() for group in explained]
+        own = [ratio[k * fit.system.names.index(name) :][:k].max() for name in explained]
         return cls(fit, tuple(explained), float(max([1.0, *own])) - 1.0)
 
 
 def _misfit(shot: Shot, problem: Problem, fit: Fit) -> float:
     """RMS of what a fit without an effect leaves of a shot, over all errors."""
     mean, sd = expected_residual(shot, problem, NOTHING, fit)
-    left = shot.record.values - predicted(shot, NOTHING, fit.places.z[shot.group], {}) - mean
+    left = shot.record.values - predicted(shot, NOTHING, fit.places.z[shot.name], {}) - mean
     return float(np.sqrt(np.mean((left / sd) ** 2)))
 
 
 def with_runs(setup: Setup, problem: Problem, near: NearFits, count: int, seed: int, simulations: Simulations) -> Setup:
     """The setup with `count` runs more of its campaign near the fits of its shots; as it was where none finished."""
-    own = {shot.group for shot in problem.shots if shot.setup is setup}
-    groups = [group for group in near.groups if group in own]
-    if not groups:
+    own = {shot.name for shot in problem.shots if shot.setup is setup}
+    near_own = [name for name in near.shots if name in own]
+    if not near_own:
         return setup
     begin, rng = len(setup.plan.unit), np.random.default_rng([seed, len(setup.plan.unit)])
     points = setup.plan.unit
     for i in range(count):
-        points = np.vstack([points, _nearby(setup, near.fit, groups[i % len(groups)], points, rng)])
+        points = np.vstack([points, _nearby(setup, near.fit, near_own[i % len(near_own)], points, rng)])
     plan = setup.plan.with_points(points[begin:])
     runs = simulations.run({label: case for label, case in plan.campaign().items() if label not in setup.runs})
     if not runs:
@@ -115,15 +115,15 @@ def with_runs(setup: Setup, problem: Problem, near: NearFits, count: int, seed: 
     return make_setup(plan, setup.measured, {**setup.runs, **runs}, setup.unpredictable)
 
 
-def _nearby(setup: Setup, fit: Fit, group: str, points: Array, rng: np.random.Generator) -> Array:
-    """(k,) of places within two standard deviations of a group's fit, that which lies farthest from all points (n, k).
+def _nearby(setup: Setup, fit: Fit, name: str, points: Array, rng: np.random.Generator) -> Array:
+    """(k,) of places within two standard deviations of a shot's fit, that which lies farthest from all points (n, k).
 
     Distances in standard deviations: there a few runs fill the small region of an answer (maximin design: Johnson,
     Moore & Ylvisaker, J. Stat. Plan. Inference 26 (1990) 131).
     """
     k = len(setup.lows)
-    mean, _ = fit.interval(group, k)
-    at = fit.system.groups.index(group) * k
+    mean, _ = fit.interval(name, k)
+    at = fit.system.names.index(name) * k
     factor = PRIOR_SD * np.linalg.cholesky(fit.evidence.z_cov[at : at + k, at : at + k] + 1e-12 * np.eye(k))
     u = rng.standard_normal((CANDIDATES, k))
     u *= REACH * (rng.random((CANDIDATES, 1)) ** (1.0 / k) / np.linalg.norm(u, axis=1, keepdims=True))
@@ -227,7 +227,7 @@ def _wanted(ranking: Ranking, label: str) -> Wanted:
     b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(one.response.known))))
     if not one.one_sided:
         b = max(b, 0.5 * one.response.known.least)
-    return Wanted(shot, one.response, float(f"{b:.{DIGITS}g}"), _near(fit.places.z[shot.group], shot.setup))
+    return Wanted(shot, one.response, float(f"{b:.{DIGITS}g}"), _near(fit.places.z[shot.name], shot.setup))
 
 
 def _near(z: Array, setup: Setup) -> Array:

@@ -35,7 +35,7 @@ PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's r
 
 @dataclass(frozen=True)
 class Places:
-    """Where the system is linearised. z: group -> (k,) fractions of the ranges; h: suspect's label -> size."""
+    """Where the system is linearised. z: shot -> (k,) fractions of the ranges; h: suspect's label -> size."""
 
     z: Mapping[str, Array]
     h: Mapping[str, float]
@@ -68,8 +68,8 @@ class System:
     """blocks: by kind; smooth: kind -> (p, p) whitened covariance of something else. columns: (n, m) whitened: the
     residual at the places, J by one prior standard deviation of each parameter, unnamed errors, nuisances by one
     standard deviation of each, G and D of each suspect, model error that effects change, what another lattice moves;
-    at: name -> their indices; dz: (r,) how far the places lie from the prior's middle; groups: in the order of J;
-    noise: Cholesky factor (n, n).
+    at: name -> their indices; dz: (r,) how far the places lie from the prior's middle; names: of the shots, in the
+    order of J; noise: Cholesky factor (n, n).
     """
 
     blocks: tuple[Block, ...]
@@ -77,7 +77,7 @@ class System:
     columns: Array
     at: Mapping[str, slice]
     dz: Array
-    groups: tuple[str, ...]
+    names: tuple[str, ...]
     noise: Array
     numerical: Mapping[str, Array]
     roughness: Array
@@ -111,8 +111,7 @@ def build(
     options: Options = Options(),
 ) -> System:
     """The system at the places."""
-    groups = tuple(dict.fromkeys(shot.group for shot in shots))
-    grids = [shot.setup.grid(places.z[shot.group][None])[0] for shot in shots]
+    grids = [shot.setup.grid(places.z[shot.name][None])[0] for shot in shots]
     signatures = {one.label: _signature(one, shots, grids, places) for one in found}
     means = [shot.sample(grid[None])[0] for shot, grid in zip(shots, grids, strict=True)]
     y = np.concatenate([shot.record.values - mean for shot, mean in zip(shots, means, strict=True)])
@@ -123,13 +122,13 @@ def build(
     )
     chol = np.linalg.cholesky(np.asarray(block_diag(*(shot.record.covariance() for shot in shots))))
     white = Whitener(chol)
-    z = [places.z[shot.group] for shot in shots]
+    z = [places.z[shot.name] for shot in shots]
     jacobians = [shot.sample(shot.setup.jacobian(own).T) for shot, own in zip(shots, z, strict=True)]
     weights = roughness(shots, jacobians)
     library = _unnamed(shots, z, grids)
     bent = any(one.bends and places.h.get(one.label) for one in found)
     unnamed = _unnamed(shots, z, grids, places.h) if bent else library
-    J = _stacked_jacobian(shots, jacobians, groups) * PRIOR_SD
+    J = np.asarray(block_diag(*(one.T for one in jacobians))) * PRIOR_SD
     nuisances = _nuisances(shots, places, grids)
     parts: dict[str, Array] = {"y": y[:, None], "J": J, "unnamed": np.vstack(unnamed), "nuisance": nuisances}
     for one in found:
@@ -164,10 +163,11 @@ def build(
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
         smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
-    middle = np.concatenate([places.z[g] - 0.5 for g in groups]) / PRIOR_SD
+    middle = np.concatenate([own - 0.5 for own in z]) / PRIOR_SD
+    names = tuple(shot.name for shot in shots)
     moved = {one.label: _share_moved(shots, signatures[one.label], means) for one in found if one.response}
     columns = white(np.hstack(list(parts.values())))
-    return System(tuple(blocks), smooth, columns, at, middle, groups, chol, _named(shots, variances), weights, moved)
+    return System(tuple(blocks), smooth, columns, at, middle, names, chol, _named(shots, variances), weights, moved)
 
 
 def _lone(shared: Array, own: Array) -> Array:
@@ -212,7 +212,7 @@ class Whitener:
 
 def changes(one: Suspect, shots: Sequence[Shot], places: Places, sizes: Sequence[float], noise: Array) -> Array:
     """(n, sizes) whitened change of all records by each size of an instrument's fault; noise: `System.noise`."""
-    grids = [shot.setup.grid(places.z[shot.group][None])[0] for shot in shots]
+    grids = [shot.setup.grid(places.z[shot.name][None])[0] for shot in shots]
     found = [_change(one, shots, grids, h) for h in sizes]
     return Whitener(noise)(np.array(found).T)
 
@@ -222,7 +222,7 @@ def with_fault(system: System, one: Suspect, shots: Sequence[Shot], places: Plac
 
     The parameters stay, and with them all that is costly.
     """
-    z = [places.z[shot.group] for shot in shots]
+    z = [places.z[shot.name] for shot in shots]
     grids = [shot.setup.grid(own[None])[0] for shot, own in zip(shots, z, strict=True)]
     white, old = Whitener(system.noise), system.at
     parts = {name: system.columns[:, old[name]] for name in ("y", "J", "unnamed", "nuisance")}
@@ -262,19 +262,8 @@ def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], plac
         elif one.fault is not None:
             parts.append(shot.instrument_signature(one.fault, grid, places.h.get(one.label, 0.0)))
         else:
-            parts.append(shot.sample(shot.setup.responses[one.name].at(places.z[shot.group])[None])[0])
+            parts.append(shot.sample(shot.setup.responses[one.name].at(places.z[shot.name])[None])[0])
     return np.concatenate(parts)
-
-
-def _stacked_jacobian(shots: Sequence[Shot], jacobians: Sequence[Array], groups: Sequence[str]) -> Array:
-    """(n, groups * k) by fractions of the ranges; jacobians: (k, n) of each shot."""
-    k, rows = len(jacobians[0]), []
-    for shot, jacobian in zip(shots, jacobians, strict=True):
-        row = np.zeros((jacobian.shape[1], len(groups) * k))
-        at = groups.index(shot.group) * k
-        row[:, at : at + k] = jacobian.T
-        rows.append(row)
-    return np.vstack(rows)
 
 
 def _unnamed(
@@ -317,7 +306,7 @@ def _nuisances(shots: Sequence[Shot], places: Places, grids: Sequence[Array]) ->
         for name, sigma in shot.nuisances.items():
             key = (name, "" if name == "thickness" else shot.name)
             column = found.setdefault(key, np.zeros(ends[-1]))
-            column[a:b] = sigma * shot.nuisance_signature(name, places.z[shot.group], grid)
+            column[a:b] = sigma * shot.nuisance_signature(name, places.z[shot.name], grid)
     return np.array(list(found.values())).reshape(len(found), ends[-1]).T
 
 
@@ -339,13 +328,11 @@ def _numerical(shots: Sequence[Shot], places: Places, share: Array, emulator: bo
     that is independent of directions (they are fewer than the directions). Shots share them as far as their
     parameters are alike; the extrapolation to finer meshes they share wholly.
     """
-    factors = _paired([_own_factors(shot, places.z[shot.group], emulator) for shot in shots])
+    factors = _paired([_own_factors(shot, places.z[shot.name], emulator) for shot in shots])
     columns = []
     for j in range(len(shots)):
         columns.append(np.vstack([share[i, j] * factors[i] for i in range(len(shots))]))
-    finer = np.concatenate(
-        [shot.sample(shot.setup.mesh.extrapolation(places.z[shot.group])[None])[0] for shot in shots]
-    )
+    finer = np.concatenate([shot.sample(shot.setup.mesh.extrapolation(places.z[shot.name])[None])[0] for shot in shots])
     return np.hstack([*columns, finer[:, None]])
 
 
@@ -432,7 +419,7 @@ def _discrepancy(
     whole = np.zeros((starts[-1], starts[-1]))
     for i, shot in enumerate(shots):
         for j, other in enumerate(shots):
-            z, theirs = places.z[shot.group], places.z[other.group]
+            z, theirs = places.z[shot.name], places.z[other.name]
             share = alike(z, theirs, change, options.parameter_length)
             block = _block(shot, other, kind, shapes, peaks[i], peaks[j])
             if library is not None:
@@ -532,7 +519,7 @@ def _learnt_error(one: Suspect, shots: Sequence[Shot], column: Array, places: Pl
         if not np.any(own):
             found.append(np.zeros((len(own), 0)))
             continue
-        response, z = shot.setup.responses[one.name], places.z[shot.group]
+        response, z = shot.setup.responses[one.name], places.z[shot.name]
         scatter = response.scatter_at(z)[[shot.setup.channels.index(c) for c in shot.channels]]
         errors = [shot.sample(response.error_at(z))]
         if scatter.any():

@@ -61,7 +61,7 @@ def test_without_a_baseline_a_fit_ends_at_the_likeliest_place_that_it_goes_round
         return visited[-1]
 
     monkeypatch.setattr(Problem, "tested", seen)
-    (group,) = {shot.group for shot in lone.shots}
+    (group,) = {shot.name for shot in lone.shots}
     end = lone.refit(NOTHING, Places({group: np.full(len(lone.shots[0].setup.lows), 0.8)}, {}))
     z = np.array([fit.places.z[group] for fit in visited[:-1]])  # the last one is the end again
     steps = np.abs(np.diff(z, axis=0)).max(axis=1)
@@ -100,7 +100,7 @@ def redrawn(problem: Problem, truth: Problem, places: Places, rng: np.random.Gen
     errors = iter(np.split(system.noise @ whitened, np.cumsum([len(one.record.values) for one in truth.shots])[:-1]))
     shots = []
     for one in problem.shots:
-        values = one.sample(one.setup.grid(places.z[one.group][None]))[0] + next(errors)
+        values = one.sample(one.setup.grid(places.z[one.name][None]))[0] + next(errors)
         traces = [replace(trace, values=values[one.record.channel == i]) for i, trace in enumerate(one.record.traces)]
         shots.append(replace(one, record=replace(one.record, traces=tuple(traces))))
     return replace(problem, shots=tuple(shots), begin=places)

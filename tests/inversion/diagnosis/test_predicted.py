@@ -35,7 +35,7 @@ def test_draws_of_each_model_have_the_mean_that_the_diagnosis_states(laboratory:
         fit = ranking.fits.get(one["label"])
         if fit is None:
             continue
-        mean, sd = fit.interval(shot.group, k)
+        mean, sd = fit.interval(shot.name, k)
         z = space.to_unit(one["parameters"])
         assert z.mean(axis=0) == pytest.approx(np.clip(mean, 0.0, 1.0), abs=0.3 * float(sd.max()) + 0.02)
         for member, sizes in zip(ranking.models[one["label"]].members, one["magnitudes"].T, strict=True):
@@ -141,8 +141,8 @@ def test_the_model_error_of_two_speeds_is_one_process_since_each_shot_s_contact(
     slow = shot.setup.plan.case.with_values({"impact.speed": 30.0})
     setup = replace(shot.setup, plan=replace(shot.setup.plan, case=slow, fine=slow))
     assert setup.plan.case.first_contact > shot.setup.plan.case.first_contact
-    both = (shot, replace(shot, name="slow", setup=setup, group="slow"))
-    places = Places({one.group: np.full(len(shot.setup.lows), 0.5) for one in both}, {})
+    both = (shot, replace(shot, name="slow", setup=setup))
+    places = Places({one.name: np.full(len(shot.setup.lows), 0.5) for one in both}, {})
     known = unknown_or_stated(["displacement"], {}, several=True)
     system = build(both, (), places, known, ranking.problem.shapes, ranking.problem.options)
     for block in system.blocks:
@@ -153,7 +153,7 @@ def test_the_model_error_of_two_speeds_is_one_process_since_each_shot_s_contact(
 def test_a_lone_record_may_ring_otherwise_than_the_model_in_every_direction(laboratory: Laboratory) -> None:
     """Shells and contact ring in another phase in every record: a smooth process alone would call that an effect."""
     ranking, (shot, *_) = laboratory.answered[0]
-    places = Places({shot.group: np.full(len(shot.setup.lows), 0.5)}, {})
+    places = Places({shot.name: np.full(len(shot.setup.lows), 0.5)}, {})
     known = unknown_or_stated(["displacement"], {})
     system = build((shot,), (), places, known, ranking.problem.shapes, ranking.problem.options)
     (block,) = system.blocks

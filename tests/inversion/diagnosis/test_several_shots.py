@@ -87,10 +87,9 @@ def test_the_case_and_the_sentence_are_of_the_shot_that_has_the_effect(found: Di
     repaired = load_case(out / (found.case_after or ""))
     assert found.effects[0].magnitude is not None
     assert repaired.impact.speed == pytest.approx(110.0 + found.effects[0].magnitude, rel=1e-9)
-    assert found.after is not None
-    viscosity = found.after.parameters["bird.material.viscosity"]["value"]
-    assert repaired.bird.material.viscosity == pytest.approx(viscosity, rel=1e-9)
     fast = found.shots[1]
+    viscosity = fast["after"]["parameters"]["bird.material.viscosity"]["value"]
+    assert repaired.bird.material.viscosity == pytest.approx(viscosity, rel=1e-9)
     assert fast["name"] == "fast"
     channel = next(iter(fast["before"]["rmse"]))
     old, new = (quantity(one["solver"]["rmse"][channel], "m") for one in (fast["before"], fast["after"]))
@@ -113,7 +112,7 @@ def test_two_shots_of_one_bird_share_a_channel_s_numerical_error_wherever_their_
     """What the process of one channel was off by was shared with the other channel of the second record."""
     first = rankings[0].problem.shots[1]
     again = replace(first, name="again", record=Record(tuple(first.record.traces[i] for i in kept), ()))
-    place = Places({first.group: rankings[0].fits["none"].places.z[first.group]}, {})
+    place = Places({first.name: rankings[0].fits["none"].places.z[first.name]}, {})
     directions = _numerical((first, again), place, np.linalg.cholesky(np.ones((2, 2)) + 1e-12 * np.eye(2)), True)
     n = len(first.record.values)
     same = np.concatenate([np.flatnonzero(first.record.channel == i) for i in kept])
