@@ -62,9 +62,13 @@ def command(
 ) -> dict[str, Any]:
     """Predict what the sensors of another shot will read, from what a results folder has learnt.
 
-    Example: birdstrike predict demo --from diagnosis --set impact.speed="95 m/s" --out prediction
+    Example: birdstrike predict demo --from loop --set impact.speed="95 m/s" --out prediction
 
-    With a limit and a tolerance: --limit displacement_centre="8 mm" --tolerance impact.speed="1 m/s"
+    The folder loop: birdstrike close-the-loop demo --measured table7_group5 --out loop
+
+    With a limit: birdstrike predict demo --from loop --limit displacement_centre="8 mm" --out limit
+
+    With a tolerance: birdstrike predict demo --from loop --tolerance impact.speed="1 m/s" --out tolerance
     """
     from birdstrike.inversion.prediction.predict import PredictOptions, predict
     from birdstrike.reports.page.prediction import write_prediction_page
