@@ -174,8 +174,8 @@ def table(found: Diagnosis) -> Table:
 
 
 def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
-    """Before and after, pairs, the next measurement, files."""
-    from birdstrike.inversion.diagnosis.answer import errors
+    """Before and after, pairs, what to do, files."""
+    from birdstrike.inversion.diagnosis.answer import errors, next_step
     from birdstrike.inversion.formatting import changes, runs_near_the_fits
 
     units = {name: one["unit"] for name, one in found.noise["sensors"].items()}
@@ -189,8 +189,9 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
                 yield f"RMS error{where}{words}{', before -> after' if last else ''}: {told}"
     for pair in found.pairs[:3]:
         yield f"pair in the 95 % set: {' and '.join(pair['effects'])} (probability {pair['probability']:.2f})"
-    if found.next_measurement:
-        yield f"next measurement: {found.next_measurement['sentence']}"
+    proposal = found.next_measurement["sentence"] if found.next_measurement else None
+    step = next_step(found.verdict, found.effects[0].name, proposal, found.baseline is not None)
+    yield f"what to do: {step}"
     yield f"simulations: {found.strikes['paid']} run, {found.strikes['reused']} found stored"
     if found.strikes.get("refinement"):
         yield runs_near_the_fits(found.strikes["refinement"])

@@ -57,7 +57,7 @@ class Proposal:
             return f"{self.what}: {self.needed}"
         if self.expected - self.now < LITTLE:
             return (
-                f"nothing that was looked at would tell much more: the best, {self.what}, raises the expected "
+                f"nothing that was looked at would add much: the best, {self.what}, raises the expected "
                 f"probability of the right one from {self.now:.2f} to {self.expected:.2f}"
             )
         compared = ", ".join("no missing effect" if label == NONE else label for label in self.separates)

@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from birdstrike.data.errors import UserError
-from birdstrike.inversion.diagnosis.answer import beyond, headline, shot_with
+from birdstrike.inversion.diagnosis.answer import beyond, headline, next_step, shot_with
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import in_words, plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
@@ -61,9 +61,12 @@ def read_diagnosis(folder: Path) -> DiagnosisResults:
 
 
 def verdict_section(results: DiagnosisResults) -> Section:
-    """One sentence, probabilities with what each model requires, residuals, the next measurement, warnings."""
+    """What is missing, what to do, probabilities with what each model requires, residuals, warnings."""
     content = results.content
-    blocks: list[Block] = [Paragraph(results.verdict)]
+    proposal = content["next_measurement"]["sentence"] if content["next_measurement"] else None
+    likeliest = content["effects"][0]["name"]
+    step = next_step(content["verdict"], likeliest, proposal, content["baseline"] is not None)
+    blocks: list[Block] = [Paragraph(results.verdict), Paragraph(f"What to do: {step}.")]
     likely = (
         "Left: how likely each model is, by family; full colour: the 95 % set. The sentence counts an effect alone and "
         "in pairs. Beforehand it is as likely as not that nothing is missing, and the other half is shared equally "
@@ -75,13 +78,12 @@ def verdict_section(results: DiagnosisResults) -> Section:
     left = (
         f"What the calibrated model{', before and after the likeliest effect is added,' if content['after'] else ''} "
         f"leaves of the record{', less what it leaves of the baseline' if content['baseline'] else ''}. A residual "
-        "inside the blue band is what noise, mesh and the usual error of a simulation make."
+        "inside the blue band is what noise, mesh and the usual error of a simulation make. The alarm weighs all "
+        "shots, sensors and instants together: it may be raised where every curve lies inside its band."
     )
     shot = shot_with(content["shots"], (content["after"] or {}).get("model", ""))["name"]
     left += f" Shot {shot}." if len(content["shots"]) > 1 else ""
     blocks.append(drawing("residuals", residual_figure(results.curves[shot], results.units), left))
-    if content["next_measurement"]:
-        blocks.append(Paragraph(f"Next measurement: {content['next_measurement']['sentence']}."))
     if content["warnings"]:
         blocks.append(Warnings(tuple(content["warnings"][:MOST_WARNINGS])))
         if (more := len(content["warnings"]) - MOST_WARNINGS) > 0:
@@ -95,7 +97,9 @@ def errors_section(results: DiagnosisResults) -> Section:
     blocks: list[Block] = []
     for shot in content["shots"]:
         name = f"Shot {shot['name']} of case {shot['case']}"
-        words = f"{name}: the record and the calibrated model before and after the effect is added."
+        states = " before and after the effect is added" if shot["after"] else ""
+        plain_error = "; what the model leaves of the baseline is not subtracted" if content["baseline"] else ""
+        words = f"{name}: the record and the calibrated model{states}{plain_error}."
         blocks.append(drawing(f"curves-{shot['name']}", curves_figure(results.curves[shot["name"]], units), words))
         blocks.append(_errors(shot, units))
     held = tuple(
