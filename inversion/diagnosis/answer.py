@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
 ATTRIBUTED, AMBIGUOUS, UNEXPLAINED, NO_RESIDUAL = "attributed", "ambiguous", "unexplained", "no_significant_residual"
 LEVEL = 0.95
+SOUND = 0.03  # of the peak: two sound codes differ by no more on one shot
 SIMULATION_SCATTER = 5.0
 """Nats by which one effect may gain on another where their responses are simulated anew. On two shots of another code,
 five sets of 8 to 24 pairs moved one lead by 1.3 (standard deviation); another was 15 to 21 by four sets at 2.5
@@ -323,16 +324,17 @@ def next_step(verdict: str, likeliest: str, proposal: str | None, baseline: bool
     likeliest: name of the likeliest effect; proposal: sentence of the proposed measurement, if there is one; baseline:
     whether one was given.
     """
+    if verdict == NO_RESIDUAL and not baseline:
+        return f"if an effect is suspected, {BASELINE_SHOT}"
     if proposal:
-        return f"measure next: {proposal}"
+        return proposal
     if verdict == ATTRIBUTED:
         return f"check at the rig: {in_words(likeliest)}; repeat with another --seed where much depends on the answer"
     if verdict == UNEXPLAINED:
         own = "look for what the case does not describe, or define an effect of your own (documentation: Diagnosis)"
         return own if baseline else f"{BASELINE_SHOT}; then {own}"
     if verdict == NO_RESIDUAL:
-        least = 'nothing; what this record could have shown is in the table of effects under "least detectable"'
-        return least if baseline else f"if an effect is suspected, {BASELINE_SHOT}"
+        return 'nothing; what this record could have shown is in the table of effects under "least detectable"'
     return "measure with further sensors, or at another speed" if baseline else BASELINE_SHOT
 
 
@@ -341,6 +343,8 @@ def sentence_of(found: Diagnosis) -> str:
     needs = found.required_discrepancy.get(NONE)
     if found.verdict == NO_RESIDUAL:
         error = "" if needs is None else f" with {_model_error(needs)}"
+        if needs is not None and needs > SOUND:
+            error += ", more than the 1 to 3 % by which two sound codes differ"
         return f"The calibrated model explains the record (p = {found.alarm:.2f}){error}; {_unless(found)}"
     if found.verdict == ATTRIBUTED:
         one = found.effects[0]

@@ -113,11 +113,11 @@ def test_a_fault_of_a_force_cell_is_not_one_of_a_displacement_transducer(label: 
     ("verdict", "proposal", "baseline", "begins"),
     [
         (ATTRIBUTED, None, True, "check at the rig: plate thickness; repeat"),
-        (AMBIGUOUS, "a gauge: it separates", True, "measure next: a gauge: it separates"),
+        (AMBIGUOUS, "add one more sensor", True, "add one more sensor"),
         (AMBIGUOUS, None, False, "fire a shot in which nothing is changed"),
         (UNEXPLAINED, None, False, "fire a shot in which nothing is changed"),
         (UNEXPLAINED, None, True, "look for what the case does not describe"),
-        (NO_RESIDUAL, None, False, "if an effect is suspected, fire a shot"),
+        (NO_RESIDUAL, "add one more sensor", False, "if an effect is suspected, fire a shot"),
         (NO_RESIDUAL, None, True, "nothing; "),
     ],
 )
