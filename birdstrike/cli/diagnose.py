@@ -83,7 +83,7 @@ def command(
 ) -> dict[str, Any]:
     """Trace the residual of the calibrated model to an effect that it lacks, or say why that is not possible.
 
-    Case and records of the examples are shipped (4 minutes on two cores).
+    Case and records of the first example are shipped; it takes some 4 minutes on two idle cores.
 
     Example: birdstrike diagnose demo_rig --measured openradioss_speed96 --baseline openradioss_clean1 --out diagnosis
 

@@ -126,7 +126,7 @@ def reach(found: Prediction) -> Iterator[str]:
     """What lies outside the learnt range, before all else."""
     if found.extrapolation:
         yield f"Outside what was learnt: {'; '.join(found.extrapolation)}."
-        yield f"The model's error is taken {found.growth:.2g} times as large there as at the learnt shots."
+        yield f"The model error's standard deviation is {found.growth:.3g} times as large as at the learnt shots."
     else:
         yield "Inside what was learnt: speed, energy, pressure and thickness lie within the range of the learnt shots."
 
