@@ -11,6 +11,7 @@ from pathlib import Path
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import maker_of, model_of
+from birdstrike.solver.case.case import case_hash, load_case
 
 CAMPAIGN_FILES = ("case.toml", "design.csv", "curves.csv", "summary.json")
 INVERSION_FILES = ("inversion.json", "verification.csv")
@@ -60,6 +61,8 @@ def find_parts(
         if given is not None and (lacking := _lacking(given, files)):
             raise UserError(f"no {what} in {given}: it lacks {', '.join(lacking)}")
     inverted = _first((folder, folder / "inversion"), INVERSION_FILES)
+    if inverted is not None and diagnosis is not None:
+        _check_of_one_case(inverted, diagnosis)
     campaign = doe or _first((folder, folder / "doe"), CAMPAIGN_FILES)
     if campaign is None and inverted == folder:
         campaign = _campaign_beside(folder)
@@ -84,6 +87,19 @@ def _first(folders: tuple[Path, ...], files: tuple[str, ...]) -> Path | None:
 
 def _lacking(folder: Path, files: tuple[str, ...]) -> list[str]:
     return [name for name in files if not (folder / name).is_file()]
+
+
+def _check_of_one_case(inversion: Path, diagnosis: Path) -> None:
+    """Raises UserError where a diagnosis that is named is of another case than the inversion."""
+    wanted, found = _entry(inversion / "inversion.json"), ""
+    with suppress(OSError, UserError):
+        found = case_hash(load_case(diagnosis / "case.toml"))
+    if wanted and found and found != wanted:
+        raise UserError(
+            f"the diagnosis in {diagnosis} is of another case (hash {found}) than the inversion in {inversion} (hash "
+            f"{wanted}); give a diagnosis of the same case, or leave --diagnosis out: birdstrike report {diagnosis} "
+            "shows it by itself"
+        )
 
 
 def _campaign_beside(inversion: Path) -> Path | None:
