@@ -152,7 +152,8 @@ def _coverages(
 
 def markdown(rows: Sequence[MethodScore], found: Mapping[str, list[Coverage]]) -> str:
     """Both tables for people."""
-    lines = ["Errors of the parameters in % of their ranges; curve errors in units of 0.02 mm (and its like).", ""]
+    units = "0.02 mm (of another channel, the same share of its peak)"
+    lines = [f"Errors of the parameters in % of their ranges; curve errors in units of {units}.", ""]
     if rows:
         names = list(rows[0].errors)
         heads = [*key_labels(names).values(), "emulated curve", "verified", "runs", "seconds"]
