@@ -120,28 +120,35 @@ def errors_section(results: DiagnosisResults) -> Section:
 def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
     """RMS errors of one shot, of the fits and of the solver."""
     rows = []
-    states = (shot["before"], shot["after"])
-    runs = [one and one["solver"] for one in states]
+    named = ("before", "after") if shot["after"] else ("before",)
+    states = [shot[name] for name in named]
+    runs = [one["solver"] for one in states]
     for key, words in (("rmse", ""), ("rmse_less_baseline", ", less the baseline's")):
         for name in shot["before"].get(key) or {}:
             cells = (with_unit(one[key][name], units[name]) if one and one[key] else "–" for one in (*states, *runs))
             rows.append((f"{name.replace('_', ' ')}{words}", *cells))
     for key, words in (("raw", "all, over the noise"), ("weighted", "all, over all errors")):
-        solver = [two(s["solver"][key]) if s and s["solver"] else "–" for s in states]
-        rows.append((words, *(two(s[key]) if s else "–" for s in states), *solver))
-    head = ("sensor", "before, emulator", "after, emulator", "before, solver", "after, solver")
+        rows.append((words, *(two(one[key]) for one in states), *(two(one and one[key]) for one in runs)))
+    head = ("sensor", *(f"{name}, emulator" for name in named), *(f"{name}, solver" for name in named))
     words = (
         f"RMS error in shot {shot['name']}. Emulator: at the fit, on the fine mesh (of shells from a file: with the "
-        "fine bird alone). Solver: one simulation of the declared case at the fit; what it has more is the error of "
-        "the declared mesh. Less the baseline's: without what the baselines' residuals tell of this shot's, which is "
-        "the model's error on this rig, no missing effect; the baseline was calibrated on the emulator's mesh."
+        "fine bird alone). Solver: one simulation of the declared case at the fit; the difference is the error of the "
+        "declared mesh."
     )
-    return Table(head, tuple(rows), words, frozenset({1, 2, 3, 4}))
+    if shot["before"].get("rmse_less_baseline"):
+        words += (
+            " Less the baseline's: without the part that the baselines' residuals explain, which is the model's error "
+            "on this rig and no missing effect; the baseline was calibrated on the emulator's mesh."
+        )
+    return Table(head, tuple(rows), words, frozenset(range(1, len(head))))
 
 
 def _parameters(content: Mapping[str, Any]) -> Table:
     """Calibrated parameters before and after; their difference is the bias."""
     before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
+    if not after:
+        rows = tuple((plain(name, before), _interval(entry)) for name, entry in before.items())
+        return Table(("parameter", "calibrated"), rows, "Calibrated parameters with 95 % intervals.")
     rows = tuple(
         (
             plain(name, before),
@@ -301,7 +308,7 @@ def _interval(entry: Mapping[str, Any]) -> str:
 def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
     """One model's figures."""
     share = one["required_discrepancy"]
-    alike = ", ".join(f"{in_words(name)} {cosine:+.2f}" for name, cosine in list(one["twins"].items())[:2])
+    alike = "; ".join(f"{in_words(name)} {cosine:+.2f}" for name, cosine in list(one["twins"].items())[:2])
     probability = f"{one['probability']:.3f}" if one["probability"] >= 0.001 else "< 0.001"
     return (
         in_words(one["name"]),
