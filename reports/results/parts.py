@@ -47,15 +47,15 @@ def find_parts(
     if not folder.is_dir():
         made = shlex.join(["birdstrike", "close-the-loop", "CASE", "--measured", "CSV", "--out", str(folder)])
         raise UserError(f"{folder} does not exist; make it with: {made}")
-    maker, asked = maker_of(folder), f"give a folder that {' or '.join(makers)} made"
+    maker, asked = maker_of(folder), f"give a folder of {', '.join(makers[:-1])} or {makers[-1]}"
     if of_model := model_of(folder):
         raise UserError(
             f"{folder} is of the bird model {of_model[1]} in {of_model[0]}, which birdstrike calibrate-models made "
             f"(birdstrike explore, export and predict --from take it); {asked}"
         )
     if maker not in (None, *SHOWN):
-        pages = ", ".join(map(str, sorted(folder.glob("*.html"))))
-        own = f"its own page is {pages}" if pages else "it has no page"
+        pages = [str(page) for page in sorted(folder.glob("*.html")) if page.name != "explore.html"]
+        own = f"its own page is {', '.join(pages)}" if pages else "it has no page"
         raise UserError(f"{folder} was made by birdstrike {maker}, and {own}; {asked}")
     for given, files, what in ((doe, CAMPAIGN_FILES, "finished campaign"), (diagnosis, DIAGNOSIS_FILES, "diagnosis")):
         if given is not None and (lacking := _lacking(given, files)):
