@@ -12,6 +12,8 @@ from sphinx.application import Sphinx
 from birdstrike.cli.app import app
 from birdstrike.data.unit_systems import SYSTEMS
 
+EXAMPLE = re.compile(r"^(.+): (birdstrike .+)$", re.MULTILINE)
+"""A line of a command's help: what the command line is good for, and the command line."""
 TITLED = re.compile(r'^```([a-z]+) title="([^"]+)"\n', re.MULTILINE)
 
 
@@ -24,12 +26,14 @@ def fill(application: object, page: str, source: list[str]) -> None:  # noqa: AR
 
 
 def commands() -> Iterator[str]:
-    """A section a command: what it does, its example, its arguments and options."""
+    """A section a command: what it does, its examples, its arguments and options."""
     group = typer.main.get_command(app)
     for name, command in group.commands.items():  # pyright: ignore[reportAttributeAccessIssue] (a click group)
-        what, _, example = (command.help or "").partition("Example:")
+        text = command.help or ""
+        what, examples = EXAMPLE.sub("", text), [found.groups() for found in EXAMPLE.finditer(text)]
         yield f"## birdstrike {name}\n\n{' '.join(what.split())}\n"
-        yield f"```bash\n{example.strip()}\n```\n"
+        lines = (line if label == "Example" else f"\n# {label}\n{line}" for label, line in examples)
+        yield "```bash\n" + "\n".join(lines) + "\n```\n"
         yield "| | |\n|---|---|"
         yield from map(_row, command.params)
         yield ""

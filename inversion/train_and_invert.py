@@ -397,7 +397,8 @@ def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -
         return given
     raise UserError(
         f"the campaign in {doe} was run for another case (hash {dataset.case_hash}) than {given.name} "
-        f"(hash {case_hash(given)}): its curves cannot explain this one's measurement; run run-doe for this case"
+        f"(hash {case_hash(given)}): its curves cannot explain this one's measurement; make a campaign of this "
+        "case with birdstrike run-doe"
     )
 
 

@@ -538,32 +538,32 @@ def table(endings: Sequence[Ending], seconds: float) -> str:
         "the same mesh, so nothing here says how right the mesh is.",
         "",
         f"{right} of {len(endings)} end as they should: in an answer whose 95 % interval holds the truth ({answers} with an answer), or in",
-        f"the word that names the fault. Intervals of either parameter that miss the truth: {missed}.",
+        f"a message that names the fault. Intervals of either parameter that miss the truth: {missed}.",
         f"Made in {seconds:.0f} s by `python -m tests.laboratory_records docs/records.md`.",
         "",
         *DRIFT,
         "",
         *GAIN,
         "",
-        "| record | truth [Pa s] | 95 % interval [Pa s] | what is said |",
+        "| record | truth [Pa s] | 95 % interval [Pa s] | message |",
         "|---|---|---|---|",
     ]  # fmt: skip
     return "\n".join([*head, *map(_row, endings)]) + "\n"
 
 
 DRIFT = (
-    "A drift that is as slow as the response, in a record without a pre-trigger to show it, is taken in part for the bird's",
-    "viscosity. Where the residual of the best fit is not noise and nothing before contact rules a drift out, the fit is",
-    "therefore repeated with an offset and a drift of the sensor as nuisances (5 % of the peak each, 1 sigma, less what the",
-    "readings before contact leave of that), and kept where it gains clearly and the residual no longer hangs together. That is",
-    "said, because a missing effect can look alike. A drift of 0.1 mm/ms gave 609 to 731 Pa s without this step (truth 576) and",
-    "gives 516 to 624 with it. Records of a simulation are not treated so: they have no sensor. To know, and not to ask for a",
-    "wider answer, record some milliseconds before contact.",
+    "A drift that is as slow as the response, in a record without a pre-trigger to show it, changes the estimate of the bird's",
+    "viscosity. Where the residual of the best fit is not noise and no reading before contact excludes a drift, the fit is",
+    "therefore repeated with an offset and a drift of the sensor as nuisances (5 % of the peak each, 1 sigma, or what the",
+    "readings before contact leave of that). The repeated fit is kept where it gains clearly and its residual is no longer",
+    "correlated in time. A warning says so, because a missing effect can look the same. A drift of 0.1 mm/ms gave 609 to 731 Pa s",
+    "without this step (truth 576) and gives 516 to 624 with it. Records of a simulation are not treated so: they have no sensor.",
+    "To measure the drift instead, at no cost in the width of the interval, record some milliseconds before contact.",
 )
 GAIN = (
     "A gain that is wrong by some per cent cannot be found in a record: another viscosity makes much the same curve. In records of",
-    "500 Pa s a gain of 1.02 gave 514 to 617 Pa s without a word, and one of 1.05 gave 620 to 720, with the word that the residual",
-    "is not noise. Calibrate the chain before the shot, and state a gain that is known by `instrument.<sensor>.gain`.",
+    "500 Pa s a gain of 1.02 gave 514 to 617 Pa s without a warning, and one of 1.05 gave 620 to 720, with the warning that the",
+    "residual is not noise. Calibrate the measuring chain before the shot, and state a known gain by `instrument.<sensor>.gain`.",
 )
 
 

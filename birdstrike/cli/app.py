@@ -51,7 +51,7 @@ setattr(USAGE_ERROR, "exit_code", UserError.exit_code)  # noqa: B010 (click's at
 
 app = typer.Typer(
     name="birdstrike",
-    help="Bird parameters from one instrumented shot, with honest intervals.",
+    help="Bird parameters from one instrumented shot, with 95 % intervals.",
     epilog="Start with: birdstrike start my_shot.csv, or birdstrike check reference_strike",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -76,7 +76,7 @@ Version = Annotated[bool, typer.Option("--version", callback=_print_version, is_
 
 @app.callback()
 def _root(version: Version = False) -> None:
-    """Bird parameters from one instrumented shot, with honest intervals."""
+    """Bird parameters from one instrumented shot, with 95 % intervals."""
 
 
 def main() -> None:

@@ -71,7 +71,7 @@ def command(
 
     Example: birdstrike calibrate-models flat_plate_002_70 --measured flat_plate_002_70 --out models
 
-    Two shots: birdstrike calibrate-models a.toml --measured a.csv --case b.toml --measured b.csv --out models
+    Two shots: birdstrike calibrate-models a.toml --measured a.csv --case b.toml --measured b.csv --out models_of_two
     """
     from birdstrike.inversion.models.calibrate_models import calibrate_models
     from birdstrike.reports.page.models import write_models_page

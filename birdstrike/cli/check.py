@@ -114,7 +114,7 @@ def command(
 
     Example: birdstrike check reference_strike --set bird.material.viscosity="400 Pa s"
 
-    A campaign: birdstrike check campaign lists its runs, damaged files, and results of other solver versions.
+    Of a campaign, its runs, damaged files and results of other solver versions: birdstrike check campaign
     """
     if Path(case).is_dir():
         return check_campaign(Path(case))

@@ -72,7 +72,7 @@ def command(
 
     Example: birdstrike close-the-loop demo --measured table7_group5 --out loop
 
-    With a campaign at hand: birdstrike close-the-loop CASE --measured shot.csv --doe campaign --out loop
+    With a campaign at hand: birdstrike close-the-loop shot.toml --measured shot.csv --doe campaign --out loop
     """
     from birdstrike.loop import close_the_loop
     from birdstrike.solver.case.case import load_case

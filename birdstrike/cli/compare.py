@@ -129,9 +129,14 @@ def command(
 ) -> dict[str, Any]:
     """Set another code's curves of a case beside ours: RMS of the peak, impulses, ISO/TS 18571, one page.
 
+    The files of the examples are yours: strikeT01 is what OpenRadioss writes when it has run the deck; theirs.csv has
+    a column for each sensor, by its name.
+
     Example: birdstrike compare reference_strike --histories strikeT01 --deck strike.sensors.json --theirs OpenRadioss
 
-    Example: birdstrike compare reference_strike --histories theirs.csv --out compare
+    The deck: birdstrike export reference_strike --deck --to radioss --out strike_0000.rad
+
+    Curves in CSV: birdstrike compare reference_strike --histories theirs.csv --out compare
     """
     from birdstrike.inversion.formatting import quantity
 

@@ -37,10 +37,11 @@ def command(
 ) -> dict[str, Any]:
     """Run every method on records of known truth, errors, runs and seconds beside the information bound.
 
-    The campaign is one of `birdstrike run-doe synthetic_strike`. The report of a folder shows what lies in its folder
-    `comparison`.
+    The report of a folder shows what lies in its folder `comparison`.
 
-    Example: birdstrike compare-methods campaign --out comparison
+    Example: birdstrike compare-methods synthetic --out comparison
+
+    The campaign synthetic: birdstrike run-doe synthetic_strike --out synthetic --design lhs --runs 40
     """
     rows = compare_methods(doe, out, case, truths, solver_truths, table, retry_failed)
     say(f"Written to {out}: comparison.json, comparison.md.")
@@ -151,7 +152,8 @@ def _coverages(
 
 def markdown(rows: Sequence[MethodScore], found: Mapping[str, list[Coverage]]) -> str:
     """Both tables for people."""
-    lines = ["Errors of the parameters in % of their ranges; curve errors in units of 0.02 mm (and its like).", ""]
+    units = "0.02 mm (of another channel, the same share of its peak)"
+    lines = [f"Errors of the parameters in % of their ranges; curve errors in units of {units}.", ""]
     if rows:
         names = list(rows[0].errors)
         heads = [*key_labels(names).values(), "emulated curve", "verified", "runs", "seconds"]

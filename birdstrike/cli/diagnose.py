@@ -81,11 +81,13 @@ def command(
     settings: Settings = [],  # noqa: B006
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Trace the residual of the calibrated model to an effect that it lacks, or say why that cannot be told.
+    """Trace the residual of the calibrated model to an effect that it lacks, or say why that is not possible.
 
-    Example: birdstrike diagnose CASE --measured shot.csv --baseline clean.csv --out diagnosis
+    Case and records of the first example are shipped; it takes some 4 minutes on two idle cores.
 
-    Birds of one batch: birdstrike diagnose CASE --measured shot.csv --baseline clean.csv --baseline-bird same --out d
+    Example: birdstrike diagnose demo_rig --measured openradioss_speed96 --baseline openradioss_clean1 --out diagnosis
+
+    With a campaign of your own: birdstrike diagnose shot.toml --measured shot.csv --doe campaign --out diagnosis
     """
     from birdstrike.data.paths import resolve_measured
     from birdstrike.inversion.diagnosis.answer import Diagnosis
@@ -172,8 +174,8 @@ def table(found: Diagnosis) -> Table:
 
 
 def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
-    """Before and after, pairs, the next measurement, files."""
-    from birdstrike.inversion.diagnosis.answer import errors
+    """Before and after, pairs, what to do, files."""
+    from birdstrike.inversion.diagnosis.answer import errors, next_step
     from birdstrike.inversion.formatting import changes, runs_near_the_fits
 
     units = {name: one["unit"] for name, one in found.noise["sensors"].items()}
@@ -187,8 +189,9 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
                 yield f"RMS error{where}{words}{', before -> after' if last else ''}: {told}"
     for pair in found.pairs[:3]:
         yield f"pair in the 95 % set: {' and '.join(pair['effects'])} (probability {pair['probability']:.2f})"
-    if found.next_measurement:
-        yield f"next measurement: {found.next_measurement['sentence']}"
+    proposal = found.next_measurement["sentence"] if found.next_measurement else None
+    step = next_step(found.verdict, found.effects[0].name, proposal, found.baseline is not None)
+    yield f"what to do: {step}"
     yield f"simulations: {found.strikes['paid']} run, {found.strikes['reused']} found stored"
     if found.strikes.get("refinement"):
         yield runs_near_the_fits(found.strikes["refinement"])

@@ -1,4 +1,4 @@
-"""`birdstrike explore`: one page to play with, made of a folder of results."""
+"""`birdstrike explore`: one page with sliders, made of a folder of results."""
 
 from __future__ import annotations
 

@@ -168,9 +168,9 @@ def command(
 
     Example: birdstrike export loop --to lsdyna --units mm-ms-kg-GPa
 
-    Example: birdstrike export models --model murnaghan --to radioss
+    Of calibrate-models: birdstrike export models --model murnaghan --to radioss
 
-    Example: birdstrike export reference_strike --deck --to radioss --out strike_0000.rad
+    A whole case: birdstrike export reference_strike --deck --to radioss --out strike_0000.rad
     """
     folder = Path(source)
     if deck:

@@ -62,9 +62,13 @@ def command(
 ) -> dict[str, Any]:
     """Predict what the sensors of another shot will read, from what a results folder has learnt.
 
-    Example: birdstrike predict demo --from diagnosis --set impact.speed="95 m/s" --out prediction
+    Example: birdstrike predict demo --from loop --set impact.speed="95 m/s" --out prediction
 
-    With a limit and a tolerance: --limit displacement_centre="8 mm" --tolerance impact.speed="1 m/s"
+    The folder loop: birdstrike close-the-loop demo --measured table7_group5 --out loop
+
+    With a limit: birdstrike predict demo --from loop --limit displacement_centre="8 mm" --out limit
+
+    With a tolerance: birdstrike predict demo --from loop --tolerance impact.speed="1 m/s" --out tolerance
     """
     from birdstrike.inversion.prediction.predict import PredictOptions, predict
     from birdstrike.reports.page.prediction import write_prediction_page
@@ -122,7 +126,7 @@ def reach(found: Prediction) -> Iterator[str]:
     """What lies outside the learnt range, before all else."""
     if found.extrapolation:
         yield f"Outside what was learnt: {'; '.join(found.extrapolation)}."
-        yield f"The model's error is taken {found.growth:.2g} times as large there as at the learnt shots."
+        yield f"The model error's standard deviation is {found.growth:.3g} times as large as at the learnt shots."
     else:
         yield "Inside what was learnt: speed, energy, pressure and thickness lie within the range of the learnt shots."
 

@@ -37,7 +37,9 @@ def command(
 
     Example: birdstrike report loop --out shot_7.html
 
-    Of its parts: birdstrike report inversion --doe campaign --diagnosis diagnosis
+    Of its parts: birdstrike report inversion --doe campaign
+
+    With a diagnosis of the same case: birdstrike report inversion --doe campaign --diagnosis diagnosis
     """
     from birdstrike.reports.page.page import is_whole, write_page, write_part_page
     from birdstrike.reports.results.findings import findings

@@ -116,6 +116,8 @@ def command(
     """Train on a campaign, invert one or several measured curves, and re-run the solver at each answer.
 
     Example: birdstrike train-and-invert campaign --measured table7_group5 --out inversion --refine 5
+
+    The folder campaign: birdstrike run-doe reference_strike --out campaign --runs 25
     """
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 

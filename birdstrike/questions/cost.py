@@ -45,7 +45,10 @@ def parts(case: Case, runs: int, diagnosis: bool, measured: float | None = None)
         found += [
             Part("diagnosis: campaign", len(plan.campaign()), _seconds(plan.coarse)),
             Part("diagnosis: finer meshes", len(plan.meshes()) + len(plan.lattices()), _seconds(plan.fine)),
-            *(Part("diagnosis: effects", 2 * len(one.signs), _seconds(one.base)) for one in plan.blocks),
+            *(
+                Part(f"diagnosis: effects, {one.base.bird.particles} particles", 2 * len(one.signs), _seconds(one.base))
+                for one in plan.blocks
+            ),
             Part("diagnosis: before and after", FITS, own),
         ]
     return tuple(Part(part.what, part.runs, part.each * factor) for part in found)

@@ -32,7 +32,7 @@ from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
-from birdstrike.inversion.formatting import label_parts
+from birdstrike.inversion.formatting import in_words, label_parts
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.effects import SHOWN, shown
 from birdstrike.solver.effects.registry import effects, kind_of
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
 ATTRIBUTED, AMBIGUOUS, UNEXPLAINED, NO_RESIDUAL = "attributed", "ambiguous", "unexplained", "no_significant_residual"
 LEVEL = 0.95
+SOUND = 0.03  # of the peak: two sound codes differ by no more on one shot
 SIMULATION_SCATTER = 5.0
 """Nats by which one effect may gain on another where their responses are simulated anew. On two shots of another code,
 five sets of 8 to 24 pairs moved one lead by 1.3 (standard deviation); another was 15 to 21 by four sets at 2.5
@@ -317,11 +318,33 @@ def headline(verdict: str, sentence: str) -> str:
     return f"{HEADS[verdict]}. {sentence}."
 
 
+def next_step(verdict: str, likeliest: str, proposal: str | None, baseline: bool) -> str:
+    """What to do after a diagnosis, by its verdict.
+
+    likeliest: name of the likeliest effect; proposal: sentence of the proposed measurement, if there is one; baseline:
+    whether one was given.
+    """
+    if verdict == NO_RESIDUAL and not baseline:
+        return f"if an effect is suspected, {BASELINE_SHOT}"
+    if proposal:
+        return proposal
+    if verdict == ATTRIBUTED:
+        return f"check at the rig: {in_words(likeliest)}; repeat with another --seed where much depends on the answer"
+    if verdict == UNEXPLAINED:
+        own = "look for what the case does not describe, or define an effect of your own (documentation: Diagnosis)"
+        return own if baseline else f"{BASELINE_SHOT}; then {own}"
+    if verdict == NO_RESIDUAL:
+        return 'nothing; what this record could have shown is in the table of effects under "least detectable"'
+    return "measure with further sensors, or at another speed" if baseline else BASELINE_SHOT
+
+
 def sentence_of(found: Diagnosis) -> str:
     """One sentence that an engineer can put into a test report."""
     needs = found.required_discrepancy.get(NONE)
     if found.verdict == NO_RESIDUAL:
         error = "" if needs is None else f" with {_model_error(needs)}"
+        if needs is not None and needs > SOUND:
+            error += ", more than the 1 to 3 % by which two sound codes differ"
         return f"The calibrated model explains the record (p = {found.alarm:.2f}){error}; {_unless(found)}"
     if found.verdict == ATTRIBUTED:
         one = found.effects[0]
@@ -343,16 +366,21 @@ def sentence_of(found: Diagnosis) -> str:
     return f"{real} (p = {found.alarm:.2g}); the record does not decide between {listed}{more}"
 
 
+BASELINE_SHOT = (
+    "fire a shot in which nothing is changed, with a bird of the same batch, and give it by --baseline with "
+    "--baseline-bird same"
+)
+"""What a diagnosis without a baseline needs first."""
 OPPOSITES = re.compile(r"(\w+) or (\w+)")
 
 
 def _unless(found: Diagnosis) -> str:
-    """Of a record that raises no alarm: what is likelier than no missing effect all the same, and what would tell."""
+    """Of a record that raises no alarm: what is likelier than no missing effect all the same, and what would decide."""
     likeliest = found.confidence_set[0]
     if likeliest == NONE:
         return "no effect is missing that this record could show"
-    told = "a baseline shot would tell" if found.baseline is None else "the record does not tell"
-    return f"if its error is smaller, {_named(found, likeliest)} is likelier than no missing effect: {told}"
+    decides = "a baseline shot would decide" if found.baseline is None else "this record cannot decide"
+    return f"if its error is smaller, {_named(found, likeliest)} is likelier than no missing effect: {decides}"
 
 
 def in_its_sense(one: EffectFigures) -> str:

@@ -23,7 +23,7 @@ from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Shot, responses_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
-from birdstrike.inversion.formatting import label_parts
+from birdstrike.inversion.formatting import in_words, label_parts
 from birdstrike.solver.sensors.sensor import Sensor
 
 MOST, LEAST = 6, 0.01  # models compared; posterior probability below which a model is left out
@@ -54,16 +54,16 @@ class Proposal:
     def sentence(self) -> str:
         """For the user."""
         if self.needed:
-            return f"{self.what}: {self.needed}"
+            return f"add {self.what}: {self.needed}"
         if self.expected - self.now < LITTLE:
             return (
-                f"nothing that was looked at would tell much more: the best, {self.what}, raises the expected "
-                f"probability of the right one from {self.now:.2f} to {self.expected:.2f}"
+                f"no measurement that was compared would add much; the best, {self.what}, raises the expected "
+                f"probability of the right model from {self.now:.2f} to {self.expected:.2f}"
             )
-        compared = ", ".join("no missing effect" if label == NONE else label for label in self.separates)
+        models = "; ".join("no missing effect" if label == NONE else in_words(label) for label in self.separates)
         return (
-            f"{self.what}: of those compared it separates {compared} best; the expected probability of the right one "
-            f"rises from {self.now:.2f} to {self.expected:.2f}"
+            f"add {self.what}. Of the measurements compared it raises most the expected probability of the right model "
+            f"(from {self.now:.2f} to {self.expected:.2f}) among: {models}"
         )
 
 
@@ -96,7 +96,7 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
         own = [one for one in measured if name in one.setup.plan.coarse.sensors]
         more = [one for one in (sensor_information(ranking, s, name, compared) for s in own) if one is not None]
         if more:
-            where = "a sensor more in every shot" if len(measured) > 1 else "a sensor more"
+            where = "one more sensor in every shot" if len(measured) > 1 else "one more sensor"
             found.append((told(gram + sum(more), columns), name, f"{where}, {described(name, sensor)}"))
     found.sort(reverse=True)
     needed = ""

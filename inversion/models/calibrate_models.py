@@ -270,9 +270,9 @@ def _missed(found: Ranked) -> tuple[str, ...]:
     return (
         f"even the best model ({first.name}) leaves {first.expected:.3g} times the noise in what it was not calibrated "
         f"to (95 %: {low:.3g} .. {high:.3g}; the true model leaves 1, and 1.4 where the simulation errs by as much as "
-        "the record): the ranking says which misses least, not which is right, and the constants make up for what is "
-        "wrong; look for what else differs (birdstrike diagnose), use a finer mesh and more particles, and check the "
-        "stated noise",
+        "the record): the ranking says which has the least error, not which is right, and the constants compensate for "
+        "what is wrong; look for what else differs (birdstrike diagnose), use a finer mesh and more particles, and "
+        "check the stated noise",
     )
 
 
@@ -293,7 +293,7 @@ def _verdict(
     first_95: interval of the first one's error; beyond the noise the sentence says that even it misses.
     """
     first, missed = ranking[0], misses(first_95)
-    even = "; even the first misses by more than noise and a numerical error of that size" if missed else ""
+    even = "; even the first does not fit within noise and a numerical error of that size" if missed else ""
     if len(ranking) == 1:
         found = f"{first} alone was ranked (held-out error {errors[first]:.2f} times the noise); name others: --models"
         return found + even
@@ -301,7 +301,7 @@ def _verdict(
         shown = ", ".join(f"{name} ({errors[name]:.2f})" for name in tied)
         return f"{shown} share the first place: the records cannot tell them apart (held-out error over noise){even}"
     after = f"next {ranking[1]} ({errors[ranking[1]]:.2f})"
-    best = "misses least" if missed else "predicts best"
+    best = "has the least error" if missed else "predicts best"
     return f"{first} {best} (held-out error {errors[first]:.2f} times the noise); {after}{even}"
 
 

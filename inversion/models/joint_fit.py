@@ -102,7 +102,7 @@ class ModelFit:
         )
 
     def _kept(self, emulator: Emulator, dataset: Dataset, located: Located, shots: Sequence[Shot]) -> None:
-        """The emulator of all shots, how its inputs are to be read, and the noise, for the page to play with."""
+        """The emulator of all shots, how its inputs are to be read, and the noise, for the page with sliders."""
         save_emulator(self.runs.folder / "emulator.npz", emulator, dataset)
         space, log = self.runs.scale.space, self.runs.scale.space.logarithmic
         literature = self._literature()

@@ -94,7 +94,7 @@ def _remedy(source: str, draws: SensorDraws, learnt: Learnt, tolerances: Sequenc
     if source == "emulator":
         return "raise --budget, so that the emulator errs less"
     return (
-        f"fire a shot between the learnt conditions and the new ones, with {plain(first)}: it tells the model's error "
+        f"fire a shot between the learnt conditions and the new ones, with {plain(first)}: it shows the model's error "
         "there"
     )
 

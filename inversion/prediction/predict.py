@@ -82,8 +82,8 @@ def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: Pred
     Parameters
     ----------
     case : path, table or Case
-        The new shot: speed, thickness, structure, sensors, on the mesh that it declares; after
-        `diagnose` on the coarser one that a diagnosis takes.
+        The new shot: speed, thickness, structure, sensors. It is simulated on the mesh that it declares; after
+        `diagnose` on the coarser mesh of a diagnosis, with its correction.
     learnt : path
         Folder of train-and-invert, diagnose, calibrate-models or close-the-loop.
     out : path

@@ -57,8 +57,8 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
         maker = maker_of(folder)
         made = f" (birdstrike {maker} made it)" if maker is not None else ""
         raise UserError(
-            f"{folder} holds no inversion{made}; evidence is of an inversion: give a folder that "
-            f"{' or '.join(MAKERS)} made; a diagnosis goes into it from the folder diagnosis in there"
+            f"{folder} holds no inversion{made}; evidence is of an inversion: give a folder of "
+            f"{', '.join(MAKERS[:-1])} or {MAKERS[-1]}; the evidence takes a diagnosis from the folder diagnosis in it"
         )
     try:
         answer = Inversion.load(parts.inversion / "inversion.json")

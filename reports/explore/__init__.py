@@ -1,4 +1,4 @@
-"""The page to play with: sliders, curves, misfit, map and profile of a folder of results, in one HTML file.
+"""The page with sliders: sliders, curves, misfit, map and profile of a folder of results, in one HTML file.
 
 Enters: a folder of run-doe, train-and-invert, diagnose or close-the-loop. Leaves: `explore.html`, which loads nothing
 from outside and computes in the reader's browser what the emulator computes here. Read `kinds.registry` (which folders

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, shown_span, significant
@@ -88,6 +89,7 @@ def _mark_peak(axes: Axes, time: Array, values: Array, unit: str) -> None:
         textcoords="offset points",
         fontsize=8,
         gid=mark,
+        path_effects=[withStroke(linewidth=2.5, foreground="white")],  # curves may cross it
     )
 
 

@@ -70,12 +70,13 @@ def _triangle(count: int) -> tuple[Figure, Mapping[tuple[int, int], Axes]]:
 def sobol_figure(times: Sequence[float], total: Mapping[str, Sequence[float | None]]) -> Figure:
     """Total Sobol index of every parameter over time [s]; gaps where the curve does not vary."""
     figure = Figure(figsize=(7.0, 2.8), layout="constrained")
-    axes = figure.subplots()
+    axes, top = figure.subplots(), 1.08
     for number, (name, values) in enumerate(total.items()):
         line = np.array([np.nan if value is None else value for value in values])
         axes.plot(milliseconds(np.array(times)), line, color=COLOURS[number % len(COLOURS)], label=symbol(name, total))
+        top = max(top, 1.04 * float(np.nanmax(line, initial=0.0)))
     axes.set_xlabel("Time [ms]")
     axes.set_ylabel("Total Sobol index [–]")
-    axes.set_ylim(-0.03, 1.08)
+    axes.set_ylim(-0.03, top)
     legend_above(axes)
     return figure

@@ -79,6 +79,12 @@ def quantity(value: float, si_unit: str, digits: int = 3) -> str:
     return f"{significant(number, digits)} {unit}".strip()
 
 
+def signed_quantity(value: float, si_unit: str, digits: int = 2) -> str:
+    """A difference with its sign: `+0.12 mm`, `−0.12 mm`; nothing before a zero."""
+    text = quantity(value, si_unit, digits)
+    return f"+{text}" if value > 0 else text
+
+
 def bound(value: float, si_unit: str) -> str:
     """An end of a range as it was given, without added zeros: `bound(-5e4, "Pa")` is `−0.05 MPa`."""
     number, unit = display(value, si_unit)

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon, Rectangle
+from matplotlib.patheffects import withStroke
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.figures.quantities import quantity, words
@@ -132,7 +133,8 @@ def _top(axes: Axes, setup: SetUp, outline: Array) -> None:
     for name, (x, y) in setup.sensors.items():
         axes.plot(x * 1e3, y * 1e3, "P", color=BLUE, markersize=8)
         at = {"xytext": (0, _height(setup, name)), "textcoords": "offset points", "ha": "center"}
-        axes.annotate(words(name), (x * 1e3, y * 1e3), color=BLUE, **at)
+        around = [withStroke(linewidth=3.0, foreground="white")]  # a name may lie across the bird's outline
+        axes.annotate(words(name), (x * 1e3, y * 1e3), color=BLUE, path_effects=around, **at)
     _dimension(axes, (-length / 2, -width / 2 - 34), (length / 2, -width / 2 - 34), quantity(setup.length, "m"))
     _dimension(axes, (length / 2 + 34, -width / 2), (length / 2 + 34, width / 2), quantity(setup.width, "m"))
     axes.set_ylim(-width / 2 - 62, width / 2 + 26)

@@ -56,7 +56,7 @@ def _reach(content: Content) -> tuple[Block, ...]:
         (
             WORDS[name],
             quantity(one["value"], one["unit"], 4),
-            span(one["low"], one["high"], one["unit"], 4),
+            _range(one["low"], one["high"], one["unit"]),
             f"{100.0 * one['outside']:+.0f} %" if one["outside"] else "inside",
         )
         for name, one in content["reach"].items()
@@ -68,10 +68,17 @@ def _reach(content: Content) -> tuple[Block, ...]:
     return (Paragraph("The new shot lies within the range of the learnt ones."), figures, Paragraph(_growth(content)))
 
 
+def _range(low: float, high: float, unit: str) -> str:
+    """Of several learnt shots their range, of one its value."""
+    return span(low, high, unit, 4) if high > low else quantity(low, unit, 4)
+
+
 def _growth(content: Content) -> str:
+    larger = content["growth"] > 1.005
+    spread = f"taken {content['growth']:.3g} times as large as there" if larger else "not enlarged"
     return (
         f"The model's error has a correlation of {content['correlation']:.2f} with that of the nearest learnt shot, "
-        f"and its standard deviation is taken {content['growth']:.2g} times as large."
+        f"and its standard deviation is {spread}."
     )
 
 
@@ -88,7 +95,8 @@ def _limits(content: Content) -> tuple[Block, ...]:
             for name, one in content["limits"].items()
         )
         head = ("sensor", "limit", "probability of exceeding", "95 % interval")
-        blocks.append(Table(head, rows, "The interval is what so many draws leave open.", frozenset({1, 2, 3})))
+        words = "The interval is that of the number of draws; the model's error is in the probability itself."
+        blocks.append(Table(head, rows, words, frozenset({1, 2, 3})))
     rows = tuple(
         (plain(name), quantity(one["q50"], one["unit"]), *(span(one[a], one[b], one["unit"]) for a, b in PAIRS))
         for name, one in content["peaks"].items()

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import maker_of, model_of
+from birdstrike.solver.case.case import case_hash, load_case
 
 CAMPAIGN_FILES = ("case.toml", "design.csv", "curves.csv", "summary.json")
 INVERSION_FILES = ("inversion.json", "verification.csv")
@@ -46,20 +47,22 @@ def find_parts(
     if not folder.is_dir():
         made = shlex.join(["birdstrike", "close-the-loop", "CASE", "--measured", "CSV", "--out", str(folder)])
         raise UserError(f"{folder} does not exist; make it with: {made}")
-    maker, asked = maker_of(folder), f"give a folder that {' or '.join(makers)} made"
+    maker, asked = maker_of(folder), f"give a folder of {', '.join(makers[:-1])} or {makers[-1]}"
     if of_model := model_of(folder):
         raise UserError(
             f"{folder} is of the bird model {of_model[1]} in {of_model[0]}, which birdstrike calibrate-models made "
             f"(birdstrike explore, export and predict --from take it); {asked}"
         )
     if maker not in (None, *SHOWN):
-        pages = ", ".join(map(str, sorted(folder.glob("*.html"))))
-        own = f"its own page is {pages}" if pages else "it has no page"
+        pages = [str(page) for page in sorted(folder.glob("*.html")) if page.name != "explore.html"]
+        own = f"its own page is {', '.join(pages)}" if pages else "it has no page"
         raise UserError(f"{folder} was made by birdstrike {maker}, and {own}; {asked}")
     for given, files, what in ((doe, CAMPAIGN_FILES, "finished campaign"), (diagnosis, DIAGNOSIS_FILES, "diagnosis")):
         if given is not None and (lacking := _lacking(given, files)):
             raise UserError(f"no {what} in {given}: it lacks {', '.join(lacking)}")
     inverted = _first((folder, folder / "inversion"), INVERSION_FILES)
+    if inverted is not None and diagnosis is not None:
+        _check_of_one_case(inverted, diagnosis)
     campaign = doe or _first((folder, folder / "doe"), CAMPAIGN_FILES)
     if campaign is None and inverted == folder:
         campaign = _campaign_beside(folder)
@@ -84,6 +87,19 @@ def _first(folders: tuple[Path, ...], files: tuple[str, ...]) -> Path | None:
 
 def _lacking(folder: Path, files: tuple[str, ...]) -> list[str]:
     return [name for name in files if not (folder / name).is_file()]
+
+
+def _check_of_one_case(inversion: Path, diagnosis: Path) -> None:
+    """Raises UserError where a diagnosis that is named is of another case than the inversion."""
+    wanted, found = _entry(inversion / "inversion.json"), ""
+    with suppress(OSError, UserError):
+        found = case_hash(load_case(diagnosis / "case.toml"))
+    if wanted and found and found != wanted:
+        raise UserError(
+            f"the diagnosis in {diagnosis} is of another case (hash {found}) than the inversion in {inversion} (hash "
+            f"{wanted}); give a diagnosis of the same case, or leave --diagnosis out: birdstrike report {diagnosis} "
+            "shows it by itself"
+        )
 
 
 def _campaign_beside(inversion: Path) -> Path | None:

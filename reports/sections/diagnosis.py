@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from birdstrike.data.errors import UserError
-from birdstrike.inversion.diagnosis.answer import beyond, headline, shot_with
+from birdstrike.inversion.diagnosis.answer import beyond, headline, next_step, shot_with
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import in_words, plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
@@ -61,9 +61,12 @@ def read_diagnosis(folder: Path) -> DiagnosisResults:
 
 
 def verdict_section(results: DiagnosisResults) -> Section:
-    """One sentence, probabilities with what each model requires, residuals, the next measurement, warnings."""
+    """What is missing, what to do, probabilities with what each model requires, residuals, warnings."""
     content = results.content
-    blocks: list[Block] = [Paragraph(results.verdict)]
+    proposal = content["next_measurement"]["sentence"] if content["next_measurement"] else None
+    likeliest = content["effects"][0]["name"]
+    step = next_step(content["verdict"], likeliest, proposal, content["baseline"] is not None)
+    blocks: list[Block] = [Paragraph(results.verdict), Paragraph(f"What to do: {step}.")]
     likely = (
         "Left: how likely each model is, by family; full colour: the 95 % set. The sentence counts an effect alone and "
         "in pairs. Beforehand it is as likely as not that nothing is missing, and the other half is shared equally "
@@ -75,13 +78,12 @@ def verdict_section(results: DiagnosisResults) -> Section:
     left = (
         f"What the calibrated model{', before and after the likeliest effect is added,' if content['after'] else ''} "
         f"leaves of the record{', less what it leaves of the baseline' if content['baseline'] else ''}. A residual "
-        "inside the blue band is what noise, mesh and the usual error of a simulation make."
+        "inside the blue band is what noise, mesh and the usual error of a simulation make. The alarm weighs all "
+        "shots, sensors and instants together: it may be raised where every curve lies inside its band."
     )
     shot = shot_with(content["shots"], (content["after"] or {}).get("model", ""))["name"]
     left += f" Shot {shot}." if len(content["shots"]) > 1 else ""
     blocks.append(drawing("residuals", residual_figure(results.curves[shot], results.units), left))
-    if content["next_measurement"]:
-        blocks.append(Paragraph(f"Next measurement: {content['next_measurement']['sentence']}."))
     if content["warnings"]:
         blocks.append(Warnings(tuple(content["warnings"][:MOST_WARNINGS])))
         if (more := len(content["warnings"]) - MOST_WARNINGS) > 0:
@@ -95,7 +97,9 @@ def errors_section(results: DiagnosisResults) -> Section:
     blocks: list[Block] = []
     for shot in content["shots"]:
         name = f"Shot {shot['name']} of case {shot['case']}"
-        words = f"{name}: the record and the calibrated model before and after the effect is added."
+        states = " before and after the effect is added" if shot["after"] else ""
+        plain_error = "; what the model leaves of the baseline is not subtracted" if content["baseline"] else ""
+        words = f"{name}: the record and the calibrated model{states}{plain_error}."
         blocks.append(drawing(f"curves-{shot['name']}", curves_figure(results.curves[shot["name"]], units), words))
         blocks.append(_errors(shot, units))
     held = tuple(
@@ -116,28 +120,35 @@ def errors_section(results: DiagnosisResults) -> Section:
 def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
     """RMS errors of one shot, of the fits and of the solver."""
     rows = []
-    states = (shot["before"], shot["after"])
-    runs = [one and one["solver"] for one in states]
+    named = ("before", "after") if shot["after"] else ("before",)
+    states = [shot[name] for name in named]
+    runs = [one["solver"] for one in states]
     for key, words in (("rmse", ""), ("rmse_less_baseline", ", less the baseline's")):
         for name in shot["before"].get(key) or {}:
             cells = (with_unit(one[key][name], units[name]) if one and one[key] else "–" for one in (*states, *runs))
             rows.append((f"{name.replace('_', ' ')}{words}", *cells))
     for key, words in (("raw", "all, over the noise"), ("weighted", "all, over all errors")):
-        solver = [two(s["solver"][key]) if s and s["solver"] else "–" for s in states]
-        rows.append((words, *(two(s[key]) if s else "–" for s in states), *solver))
-    head = ("sensor", "before, emulator", "after, emulator", "before, solver", "after, solver")
+        rows.append((words, *(two(one[key]) for one in states), *(two(one and one[key]) for one in runs)))
+    head = ("sensor", *(f"{name}, emulator" for name in named), *(f"{name}, solver" for name in named))
     words = (
         f"RMS error in shot {shot['name']}. Emulator: at the fit, on the fine mesh (of shells from a file: with the "
-        "fine bird alone). Solver: one simulation of the declared case at the fit; what it has more is the error of "
-        "the declared mesh. Less the baseline's: without what the baselines' residuals tell of this shot's, which is "
-        "the model's error on this rig, no missing effect; the baseline was calibrated on the emulator's mesh."
+        "fine bird alone). Solver: one simulation of the declared case at the fit; the difference is the error of the "
+        "declared mesh."
     )
-    return Table(head, tuple(rows), words, frozenset({1, 2, 3, 4}))
+    if shot["before"].get("rmse_less_baseline"):
+        words += (
+            " Less the baseline's: without the part that the baselines' residuals explain, which is the model's error "
+            "on this rig and no missing effect; the baseline was calibrated on the emulator's mesh."
+        )
+    return Table(head, tuple(rows), words, frozenset(range(1, len(head))))
 
 
 def _parameters(content: Mapping[str, Any]) -> Table:
     """Calibrated parameters before and after; their difference is the bias."""
     before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
+    if not after:
+        rows = tuple((plain(name, before), _interval(entry)) for name, entry in before.items())
+        return Table(("parameter", "calibrated"), rows, "Calibrated parameters with 95 % intervals.")
     rows = tuple(
         (
             plain(name, before),
@@ -297,7 +308,7 @@ def _interval(entry: Mapping[str, Any]) -> str:
 def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
     """One model's figures."""
     share = one["required_discrepancy"]
-    alike = ", ".join(f"{in_words(name)} {cosine:+.2f}" for name, cosine in list(one["twins"].items())[:2])
+    alike = "; ".join(f"{in_words(name)} {cosine:+.2f}" for name, cosine in list(one["twins"].items())[:2])
     probability = f"{one['probability']:.3f}" if one["probability"] >= 0.001 else "< 0.001"
     return (
         in_words(one["name"]),

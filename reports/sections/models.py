@@ -109,18 +109,16 @@ def _words(results: Results) -> str:
 
 
 def ranking(results: Results) -> str:
-    """`Nearest to the record's ...: the inverted NULL (emulator), 0.31 mm RMS (5.4 % of the peak); ...`."""
-    sentences = []
-    for channel in results.channels:
-        found = {m: s for (m, c), s in scores(results).items() if c == channel}
-        order = sorted(found, key=lambda key: found[key].rms)
-        unit = results.record.units[channel]
-        parts = [
-            f"{results.models[key].title} {quantity(found[key].rms, unit)} ({percent(found[key].share)} of the peak)"
-            for key in order
-        ]
-        sentences.append(f"RMS distance from the record's {words(channel)}, nearest first: {'; '.join(parts)}.")
-    return " ".join(sentences)
+    """Models by their error in the record's first sensor; the table has the others."""
+    channel = results.channels[0]
+    found = {m: s for (m, c), s in scores(results).items() if c == channel}
+    unit = results.record.units[channel]
+    parts = [
+        f"{results.models[key].title} {quantity(found[key].rms, unit)} ({percent(found[key].share)} of the peak)"
+        for key in sorted(found, key=lambda key: found[key].rms)
+    ]
+    others = " The table has the other sensors." if len(results.channels) > 1 else ""
+    return f"RMS error of {words(channel)} against the record, least first: {'; '.join(parts)}.{others}"
 
 
 def _channels(results: Results) -> tuple[str, ...]:
@@ -180,9 +178,9 @@ def _caption(results: Results, channel: str, curves: list[ModelCurve], momentum:
         at, top = peak(*results.record.points(channel))
         band = noise(results, channel)
         text += f" The record ({origin(results.record)}) peaks at {quantity(top, unit)}, {quantity(at, 's')}; below: "
-        text += "simulated minus record" + (
-            "." if band is None else f", grey: ±2σ of the record's noise ({quantity(float(2 * np.max(band)), unit)})."
-        )
+        text += "simulated minus record."
+        if band is not None:
+            text += f" Grey: ±2σ of the record's noise ({quantity(2 * float(np.max(band)), unit, 2)})."
     else:
         text += " The record has no such channel."
     return text

@@ -9,7 +9,7 @@ from birdstrike.reports.blocks import Table
 from birdstrike.reports.comparison.end_state import impulse, penetration, residual_deflection, sensor_of_kind
 from birdstrike.reports.comparison.iso18571 import SAMPLES
 from birdstrike.reports.comparison.scores import Score, score
-from birdstrike.reports.figures.quantities import bound, quantity, significant, words
+from birdstrike.reports.figures.quantities import bound, quantity, signed_quantity, significant, words
 from birdstrike.reports.results.findings import percent
 from birdstrike.reports.results.measurement import origin
 from birdstrike.reports.results.results import Model, Results
@@ -50,10 +50,19 @@ def errors_table(results: Results) -> Table:
         "Sprague-Geers M",
         "Sprague-Geers P",
         "ISO/TS 18571",
-        "clock set later by",
     )
     rated = scores(results, shaped=True)
     rows = tuple(_errors(results, results.models[key], channel, entry) for (key, channel), entry in rated.items())
+    shifted = any(results.models[key].offset for key, _ in rated)
+    if shifted:
+        head = (*head, "clock set later by")
+        offsets = (signed_quantity(results.models[key].offset, "s") for key, _ in rated)
+        rows = tuple((*row, offset) for row, offset in zip(rows, offsets, strict=True))
+    clock = (
+        " Clock: by how much each simulation was set later to fit, within what is known of the record's trigger."
+        if shifted
+        else ""
+    )
     sparse = min(results.record.points(channel)[0].size for channel in results.channels)
     note = (
         f" M, P and the ISO score need the curve between the record's points; with {sparse} of them it is the straight "
@@ -64,8 +73,7 @@ def errors_table(results: Results) -> Table:
     caption = (
         f"Errors of the simulated curves against the record ({origin(results.record)}). Peak and its time: simulated "
         "less record, both at the record's instants. M, P: magnitude and phase after Sprague and Geers, 0 is perfect. "
-        f"ISO/TS 18571: 1 is perfect, above 0.94 excellent, 0.80 good, 0.58 fair.{note} Clock: by how much each "
-        "simulation was set later to fit, within what is known of the record's trigger."
+        f"ISO/TS 18571: 1 is perfect, above 0.94 excellent, 0.80 good, 0.58 fair.{note}{clock}"
     )
     return Table(head, rows, caption, frozenset(range(1, len(head))))
 
@@ -78,19 +86,12 @@ def _errors(results: Results, model: Model, channel: str, entry: Score) -> tuple
         name,
         quantity(entry.rms, unit),
         percent(entry.share),
-        f"{_signed(entry.peak, unit, 2)} ({_signed_share(entry.peak_share)})",
-        _signed(entry.peak_time, "s", 2),
+        f"{signed_quantity(entry.peak, unit)} ({_signed_share(entry.peak_share)})",
+        signed_quantity(entry.peak_time, "s"),
         NONE if entry.magnitude is None else _signed_share(entry.magnitude),
         NONE if entry.phase is None else percent(entry.phase),
         NONE if rating is None else f"{rating.overall:.3f} {rating.grade}",
-        _signed(model.offset, "s", 2),
     )
-
-
-def _signed(value: float, unit: str, digits: int = 3) -> str:
-    """`+0.12 mm`, `−0.12 mm`; nothing before a zero."""
-    text = quantity(value, unit, digits)
-    return f"+{text}" if value > 0 else text
 
 
 def _signed_share(share: float) -> str:

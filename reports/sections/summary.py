@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings
-from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.figures.quantities import quantity, signed_quantity, words
 from birdstrike.reports.results.findings import findings, percent
 from birdstrike.reports.results.measurement import origin, peak
 from birdstrike.reports.results.results import InversionResults, Results
@@ -53,13 +53,14 @@ def _row(results: InversionResults, method: str, channel: str) -> tuple[str, ...
         _known(score.verified_rmse_at_zero_offset, unit),
         _known(score.predicted_rmse, unit),
         signed((top / record_peak - 1) * 100, "%"),
-        quantity(at - record_at, "s"),
+        signed_quantity(at - record_at, "s"),
     )
 
 
 def signed(number: float, unit: str) -> str:
     """A difference with its sign: `+5.4 %`."""
-    return f"{number:+.2g} {unit}".replace("-", "−", 1)
+    digits = "+.0f" if abs(number) >= 100 else "+.2g"
+    return f"{number:{digits}} {unit}".replace("-", "−", 1)
 
 
 def _known(value: float | None, unit: str) -> str:

@@ -1,4 +1,4 @@
-"""The page to play with: its size, its start and its redraws, in processor time of the browser's thread. `make bench`.
+"""The page with sliders: its size, its start and its redraws, in processor time of the browser's thread. `make bench`.
 
 Four channels of 600 instants over 25 runs of four parameters. The wall means something on an idle machine only, so
 the processor time of the page's thread is read; what an empty call costs is taken off a redraw. Script

@@ -29,6 +29,12 @@ def example(name: str) -> list[str]:
     return shlex.split(found[1])
 
 
+def further_examples() -> list[list[str]]:
+    """Every other command line of a help: `With a limit: birdstrike predict ...`."""
+    texts = [GROUP.commands[name].help or "" for name in COMMANDS]
+    return [shlex.split(line) for text in texts for line in re.findall(r"^(?!Example).+: birdstrike (.+)$", text, re.M)]
+
+
 def invoke(*arguments: str) -> Result:
     return CliRunner().invoke(app, arguments, env={"COLUMNS": "200"})
 
@@ -40,6 +46,13 @@ def test_the_application_has_exactly_the_listed_commands() -> None:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_example_is_a_command_line_that_parses(name: str) -> None:
     with GROUP.commands[name].make_context(name, example(name)) as context:
+        assert context.params
+
+
+@pytest.mark.parametrize("words", further_examples(), ids=" ".join)
+def test_a_further_example_is_a_command_line_that_parses(words: list[str]) -> None:
+    name, *arguments = words
+    with GROUP.commands[name].make_context(name, arguments) as context:
         assert context.params
 
 

@@ -182,5 +182,16 @@ def test_an_inversion_finds_its_campaign_beside_it_or_takes_the_one_that_is_name
     assert f"no diagnosis in {tmp_path / 'far'}: it lacks diagnosis.json, diagnosis.csv" in wrong.stderr
 
 
+def test_a_diagnosis_of_another_case_is_refused(folder: Path, tmp_path: Path) -> None:
+    other = tmp_path / "diagnosis"
+    other.mkdir()
+    for name in ("diagnosis.json", "diagnosis.csv"):
+        (other / name).write_text("")
+    (other / "case.toml").write_text('extends = "demo"\n[plate]\nthickness = "8 mm"\n')
+    wrong = invoke(str(folder / "inversion"), "--no-models", "--diagnosis", str(other))
+    assert wrong.exit_code == 1
+    assert f"the diagnosis in {other} is of another case" in wrong.stderr
+
+
 def test_help_has_an_example() -> None:
     assert "Example: birdstrike report" in " ".join(invoke("--help").output.split())

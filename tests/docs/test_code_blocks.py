@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +71,15 @@ def check_commands(block: Block) -> None:
         else:
             found = CliRunner().invoke(app, [name, *arguments])
             assert found.exit_code == 0, f"{place(block)}: birdstrike {name}\n{found.output}"
+
+
+def test_indented_command_lines_parse() -> None:
+    """Lines outside of the blocks name files of the reader's own: they are not run, but their options exist."""
+    lines = [line for page in PAGES for line in re.findall(r"^ {4}birdstrike (\w.*)$", page.read_text("utf-8"), re.M)]
+    assert lines
+    for name, *arguments in (shlex.split(line, comments=True) for line in lines):
+        with GROUP.commands[name].make_context(name, arguments):
+            pass
 
 
 def test_the_pages_hold_blocks_of_every_kind() -> None:

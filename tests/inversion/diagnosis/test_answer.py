@@ -10,11 +10,16 @@ from typing import Any
 import pytest
 
 from birdstrike.inversion.diagnosis.answer import (
+    AMBIGUOUS,
+    ATTRIBUTED,
+    NO_RESIDUAL,
     OPPOSITES,
+    UNEXPLAINED,
     EffectFigures,
     _meaning,
     in_its_sense,
     magnitude_words,
+    next_step,
     sentence_of,
 )
 from birdstrike.reports.sections.diagnosis import magnitude
@@ -105,6 +110,22 @@ def test_a_fault_of_a_force_cell_is_not_one_of_a_displacement_transducer(label: 
 
 
 @pytest.mark.parametrize(
+    ("verdict", "proposal", "baseline", "begins"),
+    [
+        (ATTRIBUTED, None, True, "check at the rig: plate thickness; repeat"),
+        (AMBIGUOUS, "add one more sensor", True, "add one more sensor"),
+        (AMBIGUOUS, None, False, "fire a shot in which nothing is changed"),
+        (UNEXPLAINED, None, False, "fire a shot in which nothing is changed"),
+        (UNEXPLAINED, None, True, "look for what the case does not describe"),
+        (NO_RESIDUAL, "add one more sensor", False, "if an effect is suspected, fire a shot"),
+        (NO_RESIDUAL, None, True, "nothing; "),
+    ],
+)
+def test_every_verdict_says_what_to_do(verdict: str, proposal: str | None, baseline: bool, begins: str) -> None:
+    assert next_step(verdict, "plate_thickness", proposal, baseline).startswith(begins)
+
+
+@pytest.mark.parametrize(
     ("shares", "baseline", "end"),
     [
         ({"none": 0.6, "plate_thickness": 0.4}, None, "no effect is missing that this record could show"),
@@ -112,13 +133,13 @@ def test_a_fault_of_a_force_cell_is_not_one_of_a_displacement_transducer(label: 
             {"plate_thickness": 0.7, "none": 0.3},
             None,
             "if its error is smaller, plate_thickness +0.2 mm (95 %: +0.1 .. +0.3 mm) (0.70) is likelier than no "
-            "missing effect: a baseline shot would tell",
+            "missing effect: a baseline shot would decide",
         ),
         (
             {"bird_mass+bird_length": 0.7, "none": 0.3},
             {},
             "if its error is smaller, bird_mass with bird_length (0.70) is likelier than no missing effect: "
-            "the record does not tell",
+            "this record cannot decide",
         ),
     ],
 )

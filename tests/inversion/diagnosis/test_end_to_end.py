@@ -397,6 +397,6 @@ def test_a_held_out_shot_without_the_effect_is_told(laboratory: Laboratory) -> N
     assert told
 
 
-@pytest.mark.parametrize(("expected", "said"), [(0.9, "rises from 0.50 to 0.90"), (0.51, "nothing that was looked at")])
+@pytest.mark.parametrize(("expected", "said"), [(0.9, "from 0.50 to 0.90"), (0.51, "no measurement that was compared")])
 def test_a_measurement_that_brings_next_to_nothing_is_no_advice(expected: float, said: str) -> None:
-    assert said in Proposal("w", ("a", "b"), expected, 0.5, "a sensor more, w").sentence
+    assert said in Proposal("w", ("a", "b"), expected, 0.5, "one more sensor, w").sentence

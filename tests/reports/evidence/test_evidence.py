@@ -153,7 +153,7 @@ def test_a_folder_without_an_inversion_is_told_what_evidence_is_of(
     for name in files:
         (tmp_path / name).write_text("{}")
     (tmp_path / MARK).write_text(json.dumps({"command": maker}))
-    with pytest.raises(UserError, match="give a folder that train-and-invert or close-the-loop or start made"):
+    with pytest.raises(UserError, match="give a folder of train-and-invert, close-the-loop or start"):
         evidence(tmp_path)
 
 

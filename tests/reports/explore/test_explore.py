@@ -1,4 +1,4 @@
-"""The page to play with, in a real browser: its curves are Python's, its rules are the command's, nothing leaves it."""
+"""The page with sliders, in a real browser: its curves are Python's, its rules are the command's, nothing leaves it."""
 
 from __future__ import annotations
 

@@ -23,6 +23,7 @@ ANSWER: dict[str, Any] = {
     "noise": {"sensors": {}},
     "after": None,
     "baseline": None,
+    "effects": [{"name": "impact_speed"}],
     "next_measurement": None,
     "warnings": [f"warning {number}" for number in range(7)],
 }
@@ -35,8 +36,10 @@ def test_what_the_model_lacks_comes_first(results: Results, tmp_path: Path, monk
         monkeypatch.setattr(diagnosis, name, lambda *_: Figure())
     begins = SECTIONS[0](replace(results, diagnosis=tmp_path))
     assert begins is not None
-    said, likely, residuals, warned, further = begins.blocks
+    said, step, likely, residuals, warned, further = begins.blocks
     assert said == Paragraph("Attributed. The model lacks a faster bird.")
+    assert isinstance(step, Paragraph)
+    assert step.text.startswith("What to do: check at the rig: impact speed; ")
     assert isinstance(likely, Picture)
     assert isinstance(residuals, Picture)
     assert warned == Warnings(tuple(ANSWER["warnings"][:5]))
