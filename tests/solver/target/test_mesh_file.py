@@ -206,6 +206,27 @@ def test_what_a_file_has_not_is_told_by_name(tmp_path, changes, said):
     assert said in str(caught.value)
 
 
+def test_shells_on_nodes_that_are_not_there_are_told(tmp_path):
+    quads = MESH.quads.copy()
+    quads[3, 1] = len(MESH.nodes) + 7
+    with pytest.raises(CaseError, match="1 of its shells name nodes that are not there, of 143; write the file anew"):
+        load_case(table_with(written(tmp_path / "panel.vtu", quads=quads)))
+
+
+def test_a_fault_of_the_reading_is_no_file_that_cannot_be_read(tmp_path, monkeypatch):
+    """Its own words stay: they say what to look for."""
+
+    def broken(_: Any) -> None:
+        raise ValueError("arrays of unlike length")
+
+    path = written(tmp_path / "panel.inp")
+    monkeypatch.setattr("birdstrike.solver.target.files.mesh_file.findings_of", broken)
+    with pytest.raises(ValueError, match="arrays of unlike length"):
+        read_mesh(str(path), "m")
+    with pytest.raises(UserError, match="cannot be read: No such file.*; correct the path"):
+        read_mesh(str(tmp_path / "nowhere.inp"), "m")
+
+
 def test_a_mesh_of_inches_called_metres_is_told(tmp_path):
     path = written(tmp_path / "panel.inp", MESH.nodes / 0.0254)
     with pytest.raises(CaseError, match=r"it is 19\.69 m across in target\.mesh_unit = m.*would it be in cm or in"):
