@@ -223,7 +223,7 @@ def test_a_fault_of_the_reading_is_no_file_that_cannot_be_read(tmp_path, monkeyp
     monkeypatch.setattr("birdstrike.solver.target.files.mesh_file.findings_of", broken)
     with pytest.raises(ValueError, match="arrays of unlike length"):
         read_mesh(str(path), "m")
-    with pytest.raises(UserError, match="cannot be read: No such file.*; correct the path"):
+    with pytest.raises(UserError, match=r"cannot be read: No such file.*; correct the path"):
         read_mesh(str(tmp_path / "nowhere.inp"), "m")
 
 

@@ -455,7 +455,7 @@ def test_a_keyword_file_s_included_one_is_read(tmp_path):
             keywords(
                 "*PARAMETER", "R dy, 50., C s, text", "*PARAMETER_EXPRESSION", "R dx, dy", "*SET_NODE", ten("&dx")
             ),
-            f'*SET_NODE: "&dx" in the line "&dx" is no parameter of the file; its parameters (R and I of '
+            '*SET_NODE: "&dx" in the line "&dx" is no parameter of the file; its parameters (R and I of '
             "*PARAMETER): DY. Give it there by a number",
         ),
         (keywords("*PARAMETER", "R dx, 5., R DX, 6."), "*PARAMETER: DX is given twice, as 5. and as 6.; leave one"),
