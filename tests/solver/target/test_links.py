@@ -266,10 +266,10 @@ def test_rivets_of_a_pulled_lap_joint_share_the_load_as_springs_between_bars():
 
 def test_a_slowly_pulled_lap_joint_fails_where_its_outer_rivets_reach_their_strength():
     target, end = pulled_joint(RIVET)
-    force = np.linspace(0.0, 14000.0, 5000)
+    force = np.linspace(0.0, 13500.0, 3000)
     forces = np.linalg.norm(pull(target, end, force), axis=2)
     first = int(np.argmax(forces.max(axis=1) >= RIVET.shear * (1.0 - 1e-9)))
-    assert force[first] == pytest.approx(RIVET.shear * (3.0 + 2.0 * RATIO) / (1.0 + RATIO), rel=0.01)
+    assert force[first] == pytest.approx(RIVET.shear * (3.0 + 2.0 * RATIO) / (1.0 + RATIO), rel=0.02)
     assert forces.max() == pytest.approx(RIVET.shear, rel=1e-9)
     assert rivets_in(target).lost == 3
 
