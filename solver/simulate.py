@@ -12,7 +12,7 @@ import numpy as np
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories, Snapshot
 from birdstrike.solver.case.case import Case, case_hash
-from birdstrike.solver.checks import run_checks, warnings_of
+from birdstrike.solver.checks import run_checks, shells_of, warnings_of
 from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.sensors.recording import Recorder
 from birdstrike.solver.threads import MOST_THREADS, Team, limited_threads
@@ -100,7 +100,7 @@ def peak(clock: Array, values: Array) -> dict[str, float]:
 def summarise(case: Case, coupling: Coupling) -> dict[str, Any]:
     """Energies, counts and warnings of a finished coupling. Raises RunFailed when its balance cannot be believed."""
     bird, plate, balance = coupling.bird, coupling.plate, coupling.balance
-    run_checks(coupling)
+    run_checks(coupling, shells_of(case))
     return {
         "schema_version": 1,
         "solver_version": SOLVER_VERSION,
