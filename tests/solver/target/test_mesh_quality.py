@@ -19,7 +19,7 @@ from birdstrike.solver.case.case import load_case
 from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.setup_warnings import aimed_off, doubtful_shells, free_target
 from birdstrike.solver.simulate import simulate
-from tests.solver.target.test_mesh_file import MESH, table_with
+from tests.solver.target.test_mesh_file import MESH, table_with, written
 from tests.solver.target.triangles import abaqus_file
 
 SKIN = MESH.part == 0
@@ -148,6 +148,18 @@ def test_a_struck_part_away_from_the_aim_is_told_with_the_origin_that_meets_it(t
     assert "lies 60 mm away from the point that the bird is aimed at" in said
     assert "set target.origin to a point of the part, nearest (0 mm, 0 mm, -60 mm)" in said
     assert aimed_off(load_case(table_with(path, origin=["0 mm", "0 mm", "-60 mm"]))) == []
+
+
+@pytest.mark.parametrize("command", [check, simulate])
+def test_sensors_off_a_target_that_lies_off_its_origin_are_told_with_this_cause_first(tmp_path, command):
+    path = written(tmp_path / "panel.inp", MESH.nodes - [0.0, 0.0, 0.06])
+    with pytest.raises(UserError) as caught:
+        command(load_case(table_with(path)))
+    cause, *sensors = caught.value.errors
+    assert "lies 60 mm away from the point that the bird is aimed at" in cause
+    assert "nearest (0 mm, 0 mm, -60 mm) in the file's axes" in cause
+    assert len(sensors) == 4
+    assert all("off the target's shells" in text for text in sensors)
 
 
 def test_a_free_rigid_body_is_told_whole_or_in_part(tmp_path):
