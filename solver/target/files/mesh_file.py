@@ -65,6 +65,8 @@ def inspect_mesh(path: str, unit: str, origin: tuple[float, float, float]) -> tu
     """The mesh of a file, however bad its shells are, and all that is found about them; raises UserError for none."""
     key = path, unit, origin
     try:
+        if Path(path).is_dir():
+            raise UserError(f"target.mesh = {shortened(path)} is a folder; name the mesh file in it")
         Path(path).stat()
     except (OSError, ValueError) as error:  # the latter for a name that no file can have
         raise _unreadable(path, error) from error
@@ -169,8 +171,8 @@ def _by_meshio(path: str) -> Any:
             return meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio prints its reason and ends the process on some files
         raise UserError(
-            f"it is no mesh that meshio reads: {_reason(error, said.getvalue())}; Abaqus .inp, Gmsh .msh, Nastran "
-            ".bdf, VTK .vtk and .vtu, and LS-DYNA .k are"
+            f"it is no mesh that meshio reads, or is damaged or cut short: {_reason(error, said.getvalue())}; write it "
+            "anew, as Abaqus .inp, Gmsh .msh, Nastran .bdf, VTK .vtk or .vtu, or LS-DYNA .k"
         ) from error
 
 
