@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, KDTree
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
@@ -45,6 +45,8 @@ MARK = "#D00000"
 ELEVATION, TURN = np.deg2rad(32.0), np.deg2rad(-58.0)
 """Of the eye: above the surface, and from the length axis."""
 LIGHT = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
+IN_FRONT = 0.01
+"""Of the target's extent, by which a shell must be nearer to the eye than what it hides."""
 LABELLED = 12
 """Sensors up to which each has its name in the picture."""
 
@@ -121,6 +123,10 @@ def target_figure(shown: DrawnTarget) -> Figure:
         handles.append(Line2D([], [], color=PURPLE, marker="o", markersize=3, linestyle="", label=label))
     if shown.sensors:
         handles.append(Line2D([], [], color=VERMILION, marker="P", markersize=6, linestyle="", label="sensors"))
+    placed = np.concatenate([np.empty((0, 3)), *shown.supports.values(), *(p[None] for p in shown.sensors.values())])
+    if any(hidden_from(shown, placed, _axes_of_view(behind)).any() for behind in (False, True)):
+        hollow = {"markerfacecolor": "none", "markersize": 5, "linestyle": ""}
+        handles.append(Line2D([], [], color=GREY, marker="s", label="hollow: behind a shell", **hollow))
     if len(shown.marked):
         label = f"doubtful shells ({len(shown.marked)})"
         handles.append(Line2D([], [], color=MARK, marker="o", markerfacecolor="none", linestyle="", label=label))
@@ -147,8 +153,9 @@ def _view(axes: Axes, shown: DrawnTarget, behind: bool) -> None:
     look = _axes_of_view(behind)
     _facets(axes, shown, look)
     for name, mark in _marks(shown):
-        held = 1e3 * shown.supports[name] @ look[:2].T
-        axes.plot(*held.T, mark, color=BLACK, markersize=2.2, alpha=0.8, zorder=3)
+        held, hidden = 1e3 * shown.supports[name] @ look[:2].T, hidden_from(shown, shown.supports[name], look)
+        axes.plot(*held[~hidden].T, mark, color=BLACK, markersize=2.2, alpha=0.8, zorder=3)
+        axes.plot(*held[hidden].T, mark, color=GREY, markersize=2.2, markerfacecolor="none", alpha=0.8, zorder=3)
     if behind and len(shown.rivets):
         axes.plot(*(1e3 * shown.rivets @ look[:2].T).T, "o", color=PURPLE, markersize=1.8, zorder=4)
     if len(shown.marked):
@@ -161,8 +168,31 @@ def _view(axes: Axes, shown: DrawnTarget, behind: bool) -> None:
     axes.set_axis_off()
     flying = f"; velocity {quantity(shown.speed, 'm/s')}" if len(shown.bird) else ""
     side = "From behind" if behind else f"From the impact side{flying}"
-    axes.set_title(side)
+    axes.set_title(side, loc="left")
     _compass(axes, look)
+
+
+def hidden_from(shown: DrawnTarget, points: Array, look: Array) -> NDArray[np.bool_]:
+    """Whether a shell lies between points (k, 3) [m] and the eye, which looks along the last row of `look`."""
+    corners = shown.nodes[shown.quads] @ look.T
+    triangles = np.concatenate([corners[:, :3], corners[:, [0, 2, 3]]])
+    a, sides = triangles[:, 0], triangles[:, 1:] - triangles[:, :1]
+    area = sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]
+    seen = np.abs(area) > 1e-12
+    a, sides, area = a[seen], sides[seen], area[seen]
+    reach = float(np.linalg.norm(triangles[seen][:, :, :2] - a[:, None, :2], axis=2).max(initial=0.0))
+    near = IN_FRONT * float(np.ptp(shown.nodes, axis=0).max())
+    places, found = points @ look.T, np.zeros(len(points), np.bool_)
+    if not len(a):
+        return found
+    for k, around in enumerate(KDTree(a[:, :2]).query_ball_point(places[:, :2], reach)):
+        one = np.array(around, np.int64)
+        to, side = places[k] - a[one], sides[one]
+        u = (to[:, 0] * side[:, 1, 1] - to[:, 1] * side[:, 1, 0]) / area[one]
+        v = (side[:, 0, 0] * to[:, 1] - side[:, 0, 1] * to[:, 0]) / area[one]
+        over = u * side[:, 0, 2] + v * side[:, 1, 2] - to[:, 2]
+        found[k] = bool(((u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (over > near)).any())
+    return found
 
 
 def _facets(axes: Axes, shown: DrawnTarget, look: Array) -> None:
@@ -202,7 +232,9 @@ def _sensors(axes: Axes, shown: DrawnTarget, look: Array) -> None:
     if not shown.sensors:
         return
     places = {name: 1e3 * point @ look[:2].T for name, point in shown.sensors.items()}
-    axes.plot(*np.array(list(places.values())).T, "P", color=VERMILION, markersize=5, markeredgecolor="white", zorder=7)
+    flat, hidden = np.array(list(places.values())), hidden_from(shown, np.array(list(shown.sensors.values())), look)
+    axes.plot(*flat[~hidden].T, "P", color=VERMILION, markersize=5, markeredgecolor="white", zorder=7)
+    axes.plot(*flat[hidden].T, "P", color=VERMILION, markersize=5, markerfacecolor="none", zorder=7)
     if len(places) > LABELLED:
         return
     across = axes.dataLim

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
-from birdstrike.reports.figures.target import drawn_target, target_figure
+from birdstrike.reports.figures.target import _axes_of_view, drawn_target, hidden_from, target_figure
 from birdstrike.solver.case.case import load_case
 
 COARSE = {"target.generator.element_size": "25 mm", "bird.particles": "300"}
@@ -31,7 +31,19 @@ def test_bird_sensors_supports_and_rivets_stand_where_the_case_says():
     assert len(shown.rivets) == 174
     legend = target_figure(shown).legends[0]
     told = [text.get_text() for text in legend.get_texts()]
-    assert told == ["skin", "skin 2", "pad", "stiffeners", "held: edges", "rivets (174)", "sensors"]
+    assert told[:4] == ["skin", "skin 2", "pad", "stiffeners"]
+    assert told[4:] == ["held: edges", "rivets (174)", "sensors", "hollow: behind a shell"]
+
+
+def test_what_lies_behind_a_shell_is_known_from_either_side():
+    """A sensor on a blade is hidden from the impact side alone, one on the skin from neither."""
+    shown = drawn_target(load_case("openradioss_panel", COARSE))
+    points = np.array([shown.sensors["u_blade"], shown.sensors["w_x60"]])
+    front, back = (hidden_from(shown, points, _axes_of_view(behind)) for behind in (False, True))
+    assert front.tolist() == [True, False]
+    assert back.tolist() == [False, False]
+    bare = drawn_target(load_case("flat_plate_002", COARSE))
+    assert "hollow: behind a shell" not in [t.get_text() for t in target_figure(bare).legends[0].get_texts()]
 
 
 @pytest.mark.parametrize("case", ["flat_plate_002", "reference_strike"])
