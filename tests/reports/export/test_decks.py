@@ -15,6 +15,7 @@ from birdstrike.cli.app import app
 from birdstrike.data.decks.sensors import read_deck_sensors
 from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import unit_system
+from birdstrike.reports.export.deck import write_deck
 from birdstrike.reports.export.effects import effect_lines, read_effects
 from birdstrike.reports.export.fixed_columns import number
 from birdstrike.solver.build import build_bird, build_plate
@@ -305,6 +306,18 @@ def test_command_names_the_files_and_what_comes_next(tmp_path: Path) -> None:
     assert [Path(file).name for file in answer["files"]] == ["shot_0000.rad", "shot_0001.rad"]
     assert all(Path(file).is_file() for file in (*answer["files"], answer["sensors"]))
     assert "birdstrike compare demo_rig" in " ".join(found.stdout.split())
+
+
+def test_a_deck_does_not_replace_the_sensors_of_the_other_codes(tmp_path: Path) -> None:
+    """Both would be shot.sensors.json, in other units: the first deck would be compared by the second's."""
+    case, system = load_case("demo_rig", SMALL), unit_system("mm-ms-kg-GPa")
+    write_deck(case, tmp_path / "shot_0000.rad", "radioss", system)
+    before = (tmp_path / "shot.sensors.json").read_bytes()
+    with pytest.raises(UserError, match=r"belongs to a deck for radioss, .* such as --out .*lsdyna_shot\.k"):
+        write_deck(case, tmp_path / "shot.k", "lsdyna", system)
+    assert (tmp_path / "shot.sensors.json").read_bytes() == before
+    assert not (tmp_path / "shot.k").exists()
+    write_deck(case, tmp_path / "shot_0000.rad", "radioss", unit_system("mm-s-t-MPa"))
 
 
 @pytest.mark.parametrize("value", [1.0 / 3.0, -1.0 / 3e7, 71e9, 0.1, -45.55, 123456.789, 1e-20, 0.0])
