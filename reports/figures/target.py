@@ -47,6 +47,10 @@ ELEVATION, TURN = np.deg2rad(32.0), np.deg2rad(-58.0)
 LIGHT = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
 IN_FRONT = 0.01
 """Of the target's extent, by which a shell must be nearer to the eye than what it hides."""
+LETTER = 0.0092
+"""Of a view's width, that a letter of a sensor's name takes."""
+WIDER = 1.4
+"""Least width of a view over its height."""
 LABELLED = 12
 """Sensors up to which each has its name in the picture."""
 
@@ -110,6 +114,8 @@ def target_figure(shown: DrawnTarget) -> Figure:
     views = figure.subplots(2, 1)
     for axes, behind in zip(views, (False, True), strict=True):
         _view(axes, shown, behind)
+    labelled = len(shown.sensors) <= LABELLED
+    _to_one_scale(list(views), max((len(words(name)) for name in shown.sensors if labelled), default=0))
     handles = [
         Patch(facecolor=PART_COLOURS[i % len(PART_COLOURS)], edgecolor=GREY, label=words(name))
         for i, name in enumerate(shown.names)
@@ -132,6 +138,18 @@ def target_figure(shown: DrawnTarget) -> Figure:
         handles.append(Line2D([], [], color=MARK, marker="o", markerfacecolor="none", linestyle="", label=label))
     figure.legend(handles=handles, loc="outside upper left", ncols=4, handlelength=1.4)
     return figure
+
+
+def _to_one_scale(views: list[Axes], letters: int) -> None:
+    """Limits of one size, wide enough for a narrow target to clear the compass and for names of so many letters."""
+    limits = np.array([[axes.get_xlim(), axes.get_ylim()] for axes in views])
+    across, up = np.ptp(limits, axis=2).max(axis=0)
+    names = min(LETTER * letters, 0.5)
+    whole = max(across / (1.0 - names), WIDER * up)
+    for axes, ((left, right), low_high) in zip(views, limits, strict=True):
+        start = left - 0.5 * max((1.0 - names) * whole - (right - left), 0.0)
+        axes.set_xlim(start, start + whole)
+        axes.set_ylim(low_high.mean() - 0.5 * up, low_high.mean() + 0.5 * up)
 
 
 def _marks(shown: DrawnTarget) -> Iterator[tuple[str, str]]:

@@ -35,6 +35,22 @@ def test_bird_sensors_supports_and_rivets_stand_where_the_case_says():
     assert told[4:] == ["held: edges", "rivets (174)", "sensors", "hollow: behind a shell"]
 
 
+@pytest.mark.parametrize(
+    ("case", "changes"), [("openradioss_panel", {}), ("openradioss_panel", {"bird.length": "600 mm"}), ("demo_rig", {})]
+)
+def test_both_views_are_to_one_scale_and_hold_their_names(case: str, changes: dict[str, str]):
+    """Also where a long bird makes the one higher than the other, and where a sensor's name is long."""
+    coarse = COARSE if case == "openradioss_panel" else {}
+    figure = target_figure(drawn_target(load_case(case, coarse | changes)))
+    figure.draw_without_rendering()
+    boxes = [axes.get_window_extent() for axes in figure.axes]
+    sizes = [box.width / np.ptp(axes.get_xlim()) for box, axes in zip(boxes, figure.axes, strict=True)]
+    heights = [box.height / np.ptp(axes.get_ylim()) for box, axes in zip(boxes, figure.axes, strict=True)]
+    assert np.allclose([*sizes, *heights], sizes[0], rtol=1e-3)
+    texts = [text for axes in figure.axes for text in axes.texts if text.get_text()]
+    assert max(text.get_window_extent().x1 for text in texts) <= figure.bbox.x1
+
+
 def test_what_lies_behind_a_shell_is_known_from_either_side():
     """A sensor on a blade is hidden from the impact side alone, one on the skin from neither."""
     shown = drawn_target(load_case("openradioss_panel", COARSE))
