@@ -143,7 +143,8 @@ class PlateState:
         """Look at the plate as it is now."""
         rest, now = coupling.plate.mesh.nodes, coupling.plate.x
         self.strain = coupling.plate.eps_p
-        self.sag = float(np.ptp(now[:, 2] - rest[:, 2]) / np.ptp(rest[:, :2], axis=0).min())
+        shorter = float(np.sort(np.ptp(rest, axis=0))[1])  # of a target that stands upright too
+        self.sag = float(np.ptp(now[:, 2] - rest[:, 2])) / shorter
 
     def explained(self, failure: RunFailed) -> RunFailed:
         """The failure with its physical cause where the plate had given way: then no step or mesh is the remedy."""

@@ -337,6 +337,8 @@ def with_envelope(table: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 SHARED = {"tangent_modulus": "Pa", "rate_c": "1/s", "rate_p": "", "failure_strain": ""}
+LEAST_SIDE = 0.02
+"""Of a plate [m]: a target that stands upright, such as a rib, has no extent of its own in plan."""
 PLACEHOLDER = {"length": "1 m", "width": "1 m", "thickness": "1 mm", "elements": [2, 2], "rigid": True}
 
 
@@ -345,13 +347,12 @@ def envelope(target: Target) -> dict[str, Any]:
     generator, struck = target.source, target.struck_part
     material, radius = target.materials[struck.material], getattr(generator, "radius", None)
     plate: dict[str, Any] = {} if radius is None else {"radius": quantity_text(radius, "m")}
+    sides = [max(side, LEAST_SIDE) for side in (generator.length, generator.width)]
     plate |= {
-        "length": quantity_text(generator.length, "m"),
-        "width": quantity_text(generator.width, "m"),
+        "length": quantity_text(sides[0], "m"),
+        "width": quantity_text(sides[1], "m"),
         "thickness": quantity_text(struck.thickness, "m"),
-        "elements": [
-            min(max(round(side / generator.element_size), 2), 400) for side in (generator.length, generator.width)
-        ],
+        "elements": [min(max(round(side / generator.element_size), 2), 400) for side in sides],
     }
     if not isinstance(material, Metal):
         return plate | {"rigid": True}
