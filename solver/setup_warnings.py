@@ -34,6 +34,7 @@ def setup_warnings(case: Case) -> list[str]:
         *free_target(case),
         *aimed_off(case),
         *edge_on(case),
+        *long_rivets(case),
         *bird_beside_plate(case),
         *remarks(case),
         *late,
@@ -107,6 +108,35 @@ def meets_edge(case: Case) -> bool:
 
 EDGE_ON = 0.2
 """Cosine of a shell's normal to the flight below which the bird meets its edge."""
+
+
+def long_rivets(case: Case) -> list[str]:
+    """A warning for each row of rivets of one's own that joins sheets which do not lie on each other."""
+    target = case.target
+    own = {} if target is None else {name: one.row() for name, one in target.rivets.items()}
+    if target is None or not any(own.values()):
+        return []
+    from birdstrike.solver.target.links.anchors import Surface  # late: few cases have such rows
+
+    mesh, found = target.source.mesh(), list[str]()
+    surfaces = {name: Surface(mesh.nodes, mesh.quads[mesh.part == i]) for i, name in enumerate(mesh.parts)}
+    for name, row in own.items():
+        if row is None:
+            continue
+        feet = [[surfaces[part].foot(point) for part in row.parts] for point in row.points]
+        apart = max(float(np.linalg.norm(np.subtract(*(f.weights @ mesh.nodes[f.nodes] for f in two)))) for two in feet)
+        thick = sum(target.parts[part].thickness for part in row.parts)
+        if apart > LONG_RIVET * thick:
+            found.append(
+                f"target.rivets.{name} joins {' and '.join(row.parts)} where their mid-surfaces are up to "
+                f"{1e3 * apart:.3g} mm apart, sheets of {1e3 * thick:.3g} mm together: rivets through air, which carry "
+                "bending as no rivet does; correct parts, start and end, unless spacers are meant"
+            )
+    return found
+
+
+LONG_RIVET = 2.0
+"""Of the sheets' thicknesses together, beyond which their mid-surfaces lie apart."""
 AIMED_OFF = 0.25
 """Of the bird's diameter, by which the struck part of a mesh from a file may lie off the aim unsaid."""
 

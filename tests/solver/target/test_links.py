@@ -10,6 +10,7 @@ import pytest
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import load_case
+from birdstrike.solver.setup_warnings import long_rivets
 from birdstrike.solver.simulate import simulate
 from birdstrike.solver.target.assembled import LinkData, PartData, assembled
 from birdstrike.solver.target.assembly import Target
@@ -404,6 +405,14 @@ METAL_OF = {"thickness": "2 mm", "material": "aluminium"}
             "reaches a stiffener at 100 .. 120 mm",
         ),
         (
+            PANEL | {"target.generator.overlap": "30 mm", "target.generator.joint": "240 mm"},
+            "overlap = 30 mm lies at 225 .. 255 mm along the length, beyond the panel's end at 250 mm; make it smaller",
+        ),
+        (
+            PANEL | {"target.generator.pad": '["50 mm", "600 mm"]'},
+            "lies at -300 .. 300 mm along the width, beyond the panel's end at 250 mm; make it smaller, or move it by",
+        ),
+        (
             {"target.ties.web.nodes": "nowhere", "target.ties.web.onto": "skin", "target.ties.web.distance": "1 mm"},
             "does not exist",
         ),
@@ -413,6 +422,22 @@ def test_bad_joints_are_named(changes, message):
     with pytest.raises(CaseError) as error:
         load_case("openradioss_panel", changes)
     assert any(message in line for line in error.value.errors), error.value.errors
+
+
+def test_rivets_through_air_are_told():
+    """Between sheets that do not lie on each other, as where a row was placed for another part."""
+    row = {"parts": '["skin", "stiffeners"]', "pitch": "25 mm", "tension_strength": "3 kN", "shear_strength": "3 kN"}
+    row |= {"start": '["70 mm", "-100 mm", "-15 mm"]', "end": '["70 mm", "100 mm", "-15 mm"]'}
+    changes = {f"target.rivets.mine.{key}": value for key, value in row.items()}
+    l_section = {
+        "target.generator.section": "L",
+        "target.generator.flange": "30 mm",
+        "target.generator.height": "30 mm",
+    }
+    l_section["target.generator.pitch"] = "100 mm"
+    (said,) = long_rivets(load_case("openradioss_panel", changes | l_section))
+    assert "target.rivets.mine joins skin and stiffeners where their mid-surfaces are up to 30 mm apart" in said
+    assert long_rivets(load_case("sidewall_004", {"target.generator.element_size": "40 mm"})) == []
 
 
 def test_effects_on_rivets_are_refused_where_there_are_none():
