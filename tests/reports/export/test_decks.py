@@ -30,7 +30,7 @@ SPRINGS = '{ rotational = "100 kN*m/rad/m", in_plane = "500 N/mm^2" }'
 
 
 def written(case: str, code: str, units: str, folder: Path, **settings: str) -> str:
-    name = "strike_0000.rad" if code == "radioss" else "strike.k"
+    name = "strike_0000.rad" if code == "radioss" else "strike_dyna.k"
     export(case, folder / name, to=code, units=units, deck=True, settings=settings)
     return (folder / name).read_text()
 
@@ -122,7 +122,7 @@ def test_lsdyna_deck_reads_back_to_the_case_in_three_unit_systems(units: str, tm
     assert places[len(plate.x) :] == pytest.approx(length * bird.x[: bird.n], rel=1e-9, abs=1e-9)
     corners = deck["*ELEMENT_SHELL"][0].elements[["n1", "n2", "n3", "n4"]].to_numpy(int)
     assert np.array_equal(corners, plate.quads + 1)
-    particles = particles_of((tmp_path / "strike.k").read_text())
+    particles = particles_of((tmp_path / "strike_dyna.k").read_text())
     assert np.array_equal(particles[:, 0], nodes["nid"].to_numpy(int)[len(plate.x) :])
     assert set(particles[:, 1]) == {2.0}
     total = particles[:, 2].sum()
