@@ -81,6 +81,7 @@ class StiffenedPanel(Generator):
 
     @classmethod
     def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
+        yield from super().broken_rules(raw, prefix)
         count = raw.get("stiffeners")
         sizes = {key: mark.valid(raw.get(key)) for key, mark in SPANS.items()}
         if isinstance(count, int) and count > 0 and "height" not in raw:

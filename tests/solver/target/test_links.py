@@ -405,6 +405,10 @@ METAL_OF = {"thickness": "2 mm", "material": "aluminium"}
             "reaches a stiffener at 100 .. 120 mm",
         ),
         (
+            {"target.generator.element_size": "0.5 mm"},
+            "makes 1,000,000 shells of target.generator.length = 500 mm and width = 500 mm, beyond 250,000; 1 mm or",
+        ),
+        (
             PANEL | {"target.generator.overlap": "30 mm", "target.generator.joint": "240 mm"},
             "overlap = 30 mm lies at 225 .. 255 mm along the length, beyond the panel's end at 250 mm; make it smaller",
         ),
