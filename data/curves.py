@@ -10,6 +10,7 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.exports.registry import EXPORTS
@@ -153,7 +154,7 @@ def measured_from(table: CsvTable, path: str | Path) -> Measured:
     time, *others = table.columns
     sigma = {c.name.removesuffix("_sigma"): c.values for c in others if c.name.endswith("_sigma")}
     channels = {c.name: c for c in others if not c.name.endswith("_sigma")}
-    errors = [*_clock_errors(time), *_channel_errors(channels, others), *_sigma_errors(channels, sigma, time)]
+    errors = [*_clock_errors(time, others), *_channel_errors(channels, others), *_sigma_errors(channels, sigma, time)]
     if errors:
         raise MeasuredError([f"{path}, {error}" for error in errors])
     values = {name: column.values for name, column in channels.items()}
@@ -161,33 +162,67 @@ def measured_from(table: CsvTable, path: str | Path) -> Measured:
     return Measured(time.values, values, sigma, units, table.provenance, str(path))
 
 
-def _clock_errors(time: Column) -> Iterable[str]:
+def _clock_errors(time: Column, others: Sequence[Column]) -> Iterable[str]:
     if time.name != "time" or time.unit != "s":
         yield f'line {time.header_line}: the first column is "{time.header}" and must be "time [ms]"'
         return
     lost = [time.lines[i] for i in np.flatnonzero(np.isnan(time.values))]
     yield from first_of([f"line {n}: the time is missing; a gap is an empty cell of a sensor's column" for n in lost])
-    yield from _order_errors(time)
+    yield from _order_errors(time, others)
     if len(time.values) < 2:
         yield f"line {time.header_line}: {len(time.values)} rows follow; a record needs at least 2"
 
 
-def _order_errors(time: Column) -> Iterable[str]:
-    """Rows whose time does not increase, the first of them; a clock that mostly repeats has too few digits."""
+def _order_errors(time: Column, others: Sequence[Column]) -> Iterable[str]:
+    """Rows whose time does not increase: rows or a whole table that stand again, or a clock with too few digits."""
     steps = np.diff(time.values)
     back = np.flatnonzero(steps <= 0.0) + 1
-    if len(back) > max(MOST_LINES, REPEATS * len(steps)) and not (steps < 0.0).any():
-        yield (
-            f"line {time.lines[back[0]]}: the time {time.texts[back[0]]} stands twice, as in {len(back)} of the rows: "
-            'the clock has too few digits; export it with more, or import the file with --rate "200 kHz", its rate of '
-            "samples"
-        )
+    if not len(back):
         return
-    for i in back[:MOST_LINES]:
-        yield f"line {time.lines[i]}: the time {time.texts[i]} does not increase; sort the rows, one for each instant"
+    first, falls, same = back[0], bool((steps < 0.0).any()), _same(others, back - 1, back)
+    said = f"line {time.lines[first]}: the time {time.texts[first]}"
+    if len(back) > MOST_LINES and same.all() and not falls:
+        yield (
+            f"{said} does not increase: the row stands in line {time.lines[first - 1]} too, as do {len(back)} "
+            "rows with all their values; leave one of each out, so that there is one for each instant"
+        )
+    elif len(back) > max(MOST_LINES, REPEATS * len(steps)) and not falls:
+        yield (
+            f"{said} stands twice, as in {len(back)} of the rows: the clock has too few digits; export it with more, "
+            'or import the file with --rate "200 kHz", its rate of samples'
+        )
+    elif len(back) == 1 and falls and time.values[first] == time.values[0]:
+        rows = np.arange(min(first, len(time.values) - first))
+        yield f"{said} does not increase: the clock begins again, {_again(_same([time, *others], rows, first + rows))}"
+    else:
+        yield from _rows_back(time, back, same)
+
+
+def _again(same: NDArray[np.bool_]) -> str:
+    """What stands behind the place where a clock begins again; same: rows with the values of the first ones."""
+    if same.all():
+        return "with the same values as at the file's beginning: the table stands twice; delete the rows from here on"
+    return "with other values than at the file's beginning: a second record; put it into a file of its own"
+
+
+def _rows_back(time: Column, back: NDArray[np.int64], same: NDArray[np.bool_]) -> Iterable[str]:
+    """The first of the rows `back` whose time does not increase; same: with the values of the row above."""
+    for i, again in list(zip(back, same, strict=True))[:MOST_LINES]:
+        said = f"line {time.lines[i]}: the time {time.texts[i]} does not increase"
+        if time.values[i] < time.values[i - 1]:
+            yield f"{said}; sort the rows, one for each instant"
+        else:
+            values = "the same values; leave one out" if again else "other values; keep one for each instant"
+            yield f"{said}: it stands in line {time.lines[i - 1]} too, with {values}"
     if len(back) > MOST_LINES:
         last = time.lines[back[-1]]
         yield f"line {last}: the last of {len(back)} rows whose time does not increase; two records in one file?"
+
+
+def _same(columns: Sequence[Column], one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether rows (k,) have the same values in all columns, gaps at the same places."""
+    pairs = [(c.values[one], c.values[other]) for c in columns]
+    return np.all([(a == b) | (np.isnan(a) & np.isnan(b)) for a, b in pairs], axis=0)
 
 
 def _channel_errors(channels: Mapping[str, Column], columns: Iterable[Column]) -> Iterable[str]:

@@ -27,6 +27,10 @@ _RATE = re.compile(r"sampl|rate|abtast|interval|increment|\bdt\b|\bfs\b|hz\b", r
 """A line of a file's head that says how often was sampled."""
 
 
+_FORCES = {"lb": "lbf", "lbs": "lbf", "t": "tf"}
+"""Units of mass that a head may name for a force; all others for kilograms of force."""
+
+
 @dataclass(frozen=True)
 class ImportOptions:
     """What to take from a file.
@@ -291,7 +295,13 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
         raise UnitError(
             f"{column} is in {own}, and {option.split()[0]} says {given}; leave the option out, or correct the file"
         )
-    return given or own or ""
+    said = given or own or ""
+    if si_unit(said) == "kg":
+        raise UnitError(
+            f"{column} is in {said}, a mass, which no sensor measures; if a force in pounds or kilograms is meant, say "
+            f'what one of them is: --scale {name}="1 {_FORCES.get(said, "kgf")}/{said}"'
+        )
+    return said
 
 
 def _rate_hint(table: LooseTable) -> str:

@@ -15,21 +15,24 @@ LINKED_LINEAR_LIMIT = 1e-9
 EROSION_LIMIT = 0.05  # share of the bird's mass
 
 
-def run_checks(coupling: Coupling) -> None:
-    """Raise RunFailed where energy, at the worst audit or made by contact, or momentum is beyond its limit."""
+def run_checks(coupling: Coupling, shells: str = "plate.elements") -> None:
+    """Raise RunFailed where energy, at the worst audit or made by contact, or momentum is beyond its limit.
+
+    shells: what refines them, see `shells_of`.
+    """
     plate, balance = coupling.plate, coupling.balance
     linked = plate.eroded > 0 or plate.ties is not None or plate.rivets is not None
     limit, linear_limit = (LINKED_LIMIT, LINKED_LINEAR_LIMIT) if linked else (BALANCE_LIMIT, LINEAR_LIMIT)
     if balance.worst > limit:
         raise RunFailed(
             f"the energy balance was off by {balance.worst:.1%} of the normal kinetic energy (limit {limit:.0%})",
-            "lower solver.courant or refine bird.particles and plate.elements",
+            f"lower solver.courant or refine bird.particles and {shells}",
         )
     created = balance.contact_created(coupling.contact)
     if created > limit:
         raise RunFailed(
             f"contact created {created:.1%} of the normal kinetic energy (limit {limit:.0%})",
-            "refine plate.elements or bird.particles; if the bird meets the plate's rim, enlarge the plate",
+            f"refine {shells} or bird.particles; if the bird meets the plate's rim, enlarge the plate",
         )
     linear = balance.momentum_error(coupling.bird, plate)
     angular = balance.angular_momentum_error(coupling.bird, coupling.half_length)
@@ -41,10 +44,17 @@ def run_checks(coupling: Coupling) -> None:
         )
 
 
+def shells_of(case: Case) -> str:
+    """The key, or the file, by which the shells of a case are made smaller."""
+    if case.target is None:
+        return "plate.elements"
+    return "target.generator.element_size" if case.target.mesh is None else "the file of target.mesh"
+
+
 def untouched(coupling: Coupling) -> str:
     """Why the bird and the plate never met, and what to change."""
     if (coupling.bird.x[: coupling.bird.n, 2] < coupling.plate.x[:, 2].min()).all():
-        return "the bird flew past the plate: enlarge plate.length or plate.width, or aim elsewhere (impact.aim)"
+        return "the bird flew past the plate: enlarge it, or aim elsewhere (impact.offset, impact.point, impact.angle)"
     return "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"
 
 
@@ -72,6 +82,6 @@ def warnings_of(case: Case, coupling: Coupling) -> list[str]:
     hourglass, internal = coupling.balance.energy["plate_hourglass"], coupling.balance.energy["plate_internal"]
     if hourglass > 0.05 * internal > 0.0:
         warnings.append(
-            f"hourglass energy is {hourglass / internal:.0%} of the plate's internal energy: refine plate.elements"
+            f"hourglass energy is {hourglass / internal:.0%} of the plate's internal energy: refine {shells_of(case)}"
         )
     return warnings

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.solver.build import aimed_at, rest_mesh, stiffness_of
+from birdstrike.solver.build import aimed_at, direction_of, rest_mesh, stiffness_of
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.remarks import remarks
 from birdstrike.solver.sensors.instrument import unrecorded
@@ -33,6 +33,8 @@ def setup_warnings(case: Case) -> list[str]:
         *doubtful_shells(case),
         *free_target(case),
         *aimed_off(case),
+        *edge_on(case),
+        *long_rivets(case),
         *bird_beside_plate(case),
         *remarks(case),
         *late,
@@ -78,6 +80,63 @@ def aimed_off(case: Case) -> list[str]:
     ]
 
 
+def edge_on(case: Case) -> list[str]:
+    """A warning where the bird meets the edge of a shell with particles that are wider than it."""
+    if case.target is None or not meets_edge(case):
+        return []
+    spacing, thickness = float(np.cbrt(case.bird.volume / case.bird.particles)), case.target.struck_part.thickness
+    if spacing < thickness:
+        return []
+    return [
+        f"the bird meets {case.target.struck_name} on an edge: particles {1e3 * spacing:.3g} mm apart feel an edge of "
+        f"{1e3 * thickness:.3g} mm as one of {1e3 * (thickness + spacing):.3g} mm, so that the forces are too high and "
+        "fall with their number; raise bird.particles until they change no more"
+    ]
+
+
+def meets_edge(case: Case) -> bool:
+    """Whether a mesh from a file is aimed at where all its shells stand along the flight: the edge of a rib."""
+    if case.target is None or case.target.mesh is None:
+        return False
+    from birdstrike.solver.sensors.places import facets_around, normal_of, place_in_space  # late: compiled kernels
+
+    mesh = rest_mesh(case)
+    place = place_in_space(mesh, np.array(aimed_at(case)), case.target.struck_name)
+    normals = np.array([normal_of(mesh, facet) for facet in facets_around(mesh.quads, place, rings=0)])
+    return bool((np.abs(normals @ direction_of(case.impact)) < EDGE_ON).all())
+
+
+EDGE_ON = 0.2
+"""Cosine of a shell's normal to the flight below which the bird meets its edge."""
+
+
+def long_rivets(case: Case) -> list[str]:
+    """A warning for each row of rivets of one's own that joins sheets which do not lie on each other."""
+    target = case.target
+    own = {} if target is None else {name: one.row() for name, one in target.rivets.items()}
+    if target is None or not any(own.values()):
+        return []
+    from birdstrike.solver.target.links.anchors import Surface  # late: few cases have such rows
+
+    mesh, found = target.source.mesh(), list[str]()
+    surfaces = {name: Surface(mesh.nodes, mesh.quads[mesh.part == i]) for i, name in enumerate(mesh.parts)}
+    for name, row in own.items():
+        if row is None:
+            continue
+        feet = [[surfaces[part].foot(point) for part in row.parts] for point in row.points]
+        apart = max(float(np.linalg.norm(np.subtract(*(f.weights @ mesh.nodes[f.nodes] for f in two)))) for two in feet)
+        thick = sum(target.parts[part].thickness for part in row.parts)
+        if apart > LONG_RIVET * thick:
+            found.append(
+                f"target.rivets.{name} joins {' and '.join(row.parts)} where their mid-surfaces are up to "
+                f"{1e3 * apart:.3g} mm apart, sheets of {1e3 * thick:.3g} mm together: rivets through air, which carry "
+                "bending as no rivet does; correct parts, start and end, unless spacers are meant"
+            )
+    return found
+
+
+LONG_RIVET = 2.0
+"""Of the sheets' thicknesses together, beyond which their mid-surfaces lie apart."""
 AIMED_OFF = 0.25
 """Of the bird's diameter, by which the struck part of a mesh from a file may lie off the aim unsaid."""
 
@@ -152,7 +211,7 @@ may be right by chance.
 
 def coarse_mesh(case: Case) -> list[str]:
     """A warning for the plate's mesh and one for the bird's where the error to be expected is beyond the limit."""
-    return [] if case.plate.rigid else [*_coarse_plate(case), *_coarse_bird(case)]
+    return [] if case.plate.rigid or meets_edge(case) else [*_coarse_plate(case), *_coarse_bird(case)]
 
 
 def _coarse_plate(case: Case) -> list[str]:

@@ -12,9 +12,10 @@ import numpy as np
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories, Snapshot
 from birdstrike.solver.case.case import Case, case_hash
-from birdstrike.solver.checks import run_checks, warnings_of
+from birdstrike.solver.checks import run_checks, shells_of, warnings_of
 from birdstrike.solver.coupling import Coupling
-from birdstrike.solver.sensors.recording import Recorder
+from birdstrike.solver.sensors.recording import Recorder, refuse_misplaced
+from birdstrike.solver.setup_warnings import aimed_off
 from birdstrike.solver.threads import MOST_THREADS, Team, limited_threads
 from birdstrike.solver.version import SOLVER_VERSION
 
@@ -43,6 +44,7 @@ def histories_of(case: Case, step_factor: float, progress: Callable[[float], Non
     """As `simulate`, on this team of threads."""
     started = time.perf_counter()
     coupling = Coupling(case, step_factor)
+    refuse_misplaced(case.sensors, coupling.plate.mesh, aimed_off(case))
     recorder = Recorder(coupling, case.sensors, coupling.steps)
     state = PlateState()
 
@@ -100,7 +102,7 @@ def peak(clock: Array, values: Array) -> dict[str, float]:
 def summarise(case: Case, coupling: Coupling) -> dict[str, Any]:
     """Energies, counts and warnings of a finished coupling. Raises RunFailed when its balance cannot be believed."""
     bird, plate, balance = coupling.bird, coupling.plate, coupling.balance
-    run_checks(coupling)
+    run_checks(coupling, shells_of(case))
     return {
         "schema_version": 1,
         "solver_version": SOLVER_VERSION,
@@ -141,7 +143,8 @@ class PlateState:
         """Look at the plate as it is now."""
         rest, now = coupling.plate.mesh.nodes, coupling.plate.x
         self.strain = coupling.plate.eps_p
-        self.sag = float(np.ptp(now[:, 2] - rest[:, 2]) / np.ptp(rest[:, :2], axis=0).min())
+        shorter = float(np.sort(np.ptp(rest, axis=0))[1])  # of a target that stands upright too
+        self.sag = float(np.ptp(now[:, 2] - rest[:, 2])) / shorter
 
     def explained(self, failure: RunFailed) -> RunFailed:
         """The failure with its physical cause where the plate had given way: then no step or mesh is the remedy."""

@@ -49,6 +49,10 @@ def module_of(command: str) -> str:
 USAGE_ERROR = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "UsageError")
 setattr(USAGE_ERROR, "exit_code", UserError.exit_code)  # noqa: B010 (click's attribute, unknown to the base class)
 
+_said = typer.BadParameter.format_message
+# typer has pydantic read words, whose sentence begins with its own name for what went wrong
+setattr(typer.BadParameter, "format_message", lambda error: _said(error).replace("Value error, ", "", 1))  # noqa: B010
+
 app = typer.Typer(
     name="birdstrike",
     help="Bird parameters from one instrumented shot, with 95 % intervals.",

@@ -158,7 +158,7 @@ def ending(error: BaseException) -> Ending:
     if isinstance(error, RunFailed | MachineFailure):
         return Ending([error.reason], error.exit_code, remedy=error.remedy)
     if isinstance(error, MemoryError):
-        remedy = "run again with fewer --workers or a coarser case (bird.particles, plate.elements)"
+        remedy = "run again with fewer --workers or a coarser case: fewer bird.particles and shells"
         return Ending(["a simulation does not fit into memory"], RunFailed.exit_code, remedy=remedy)
     if isinstance(error, KeyboardInterrupt):
         return Ending(["interrupted; run the same command again to resume"], INTERRUPTED)

@@ -155,9 +155,10 @@ def _table(case: Case, histories: Histories) -> Table:
 
 
 def _peak(histories: Histories, name: str, values: Any) -> str:
+    """The reading farthest from zero, either way."""
     from birdstrike.data.units import display
 
-    i = int(values.argmax())
+    i = int(abs(values).argmax())
     number, unit = display(float(values[i]), histories.units[name])
     return f"{number:.4g} {unit} at {1e3 * histories.time[i]:.3f} ms".replace("  ", " ")
 

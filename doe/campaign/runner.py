@@ -123,7 +123,7 @@ class Runner:
         if isinstance(error, MemoryError):
             return RunFailed(
                 f"run {planned.number} does not fit into memory; {kept}",
-                "run again with fewer --workers or a coarser case (bird.particles, plate.elements)",
+                "run again with fewer --workers or a coarser case: fewer bird.particles and shells",
             )
         if isinstance(error, CancelledError):
             return RunFailed(f"the scheduler was lost; {kept}", "run the same command again to resume")

@@ -27,7 +27,7 @@ MENDED = 0.5  # of the residual that a shift must leave at most
 NOISE = 3.0  # times the noise: a smaller residual needs no mending
 SILENT_SHARE = 20.0  # part of the smallest peak of a run that is no response
 SILENT = 5.0  # times the noise: a sensor that never reads more has not responded
-SHORT = 50.0  # times shorter or longer than the runs: a record whose clock may be in another unit
+LONG = 50.0  # times longer than the runs: a record whose clock may be in another unit
 SLIPS = {
     1e3: "a thousand: mm for m, or kN for N?",
     25.4: "25.4: inches for mm?",
@@ -124,12 +124,7 @@ def _finding(beside: _Beside) -> str:
     low, high, peak = float(beside.peaks.min()), float(beside.peaks.max()), channel.peak
     span = f"{quantity(low, channel.unit)} .. {quantity(high, channel.unit)}"
     end, last = beside.end, _last(channel)
-    if last < end / SHORT:
-        return (
-            f"{plain(name)}: the record ends at {1e3 * last:.3g} ms, the runs at {1e3 * end:.3g} ms: is its clock in "
-            "another unit, such as seconds that are called milliseconds? Import it again with the right --time-unit"
-        )
-    if last > SHORT * end and peak < low / FAR:
+    if last > LONG * end and peak < low / FAR:
         return (
             f"{plain(name)} reads at most {quantity(peak, channel.unit)} where the runs peak at {span}, and ends at "
             f"{1e3 * last:.4g} ms, the runs at {1e3 * end:.3g} ms: is its clock in another unit, such as milliseconds "

@@ -36,6 +36,7 @@ from birdstrike.solver.case.case import Case
 ROUNDING = 1e-9  # of the record's end: an instant no later than that still lies in it
 FARTHEST_ORIGIN = 4.0  # standard deviations by which the time origin may be off
 LARGEST_SPARE = 0.25  # of the simulated record, kept free at its end for a clock that may be early
+SHORT = 50.0  # times shorter than the simulated record: a channel with its clock in another unit, or cut at once
 OUTSIDE = "outside the simulated record"
 CLIPPED = "clipped (the same reading in a row)"
 OUTLIER = "far off their neighbours"
@@ -213,7 +214,7 @@ def read_record(
     ------
     MeasuredError
         For every channel that is zero everywhere, that is no sensor of the case or has another unit, and for the first
-        with fewer than `fewest` points in the simulated record or none after contact.
+        with fewer than `fewest` points in the simulated record, none after contact, or a fiftieth of it.
 
     Notes
     -----
@@ -318,13 +319,18 @@ def _refuse_few(
 
 
 def _refuse_rest(measured: Measured, expected: Expected, name: str, times: Array) -> None:
-    """Raises MeasuredError where a channel's points all lie before anything can have moved."""
-    if times[-1] >= expected.quiet:
-        return
-    raise MeasuredError(
-        f'"{name}" in {measured.path} shows no impact: until {1e3 * expected.quiet:.4g} ms nothing moves in '
-        f"{expected.of}, and {_clock(measured, name)}, or was it cut too early (leave it out: --channels)?"
-    )
+    """Raises MeasuredError where a channel ends before anything can have moved, or as good as at once."""
+    if times[-1] < expected.quiet:
+        raise MeasuredError(
+            f'"{name}" in {measured.path} shows no impact: until {1e3 * expected.quiet:.4g} ms nothing moves in '
+            f"{expected.of}, and {_clock(measured, name)}, or was it cut too early (leave it out: --channels)?"
+        )
+    if times[-1] - expected.start < (expected.end - expected.start) / SHORT:
+        raise MeasuredError(
+            f'"{name}" in {measured.path} has points in the first '
+            f"{1e3 * (times[-1] - expected.start):.4g} ms alone of a simulated record of {1e3 * expected.end:.4g} ms: "
+            f"{_clock(measured, name)}, or was it cut too early (leave it out: --channels)?"
+        )
 
 
 def _remedy(measured: Measured, name: str, cuts: Mapping[str, np.ndarray]) -> str:

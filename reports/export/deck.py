@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from birdstrike.data.decks.sensors import DeckSensor, DeckSensors, sensors_file
+from birdstrike.data.decks.sensors import DeckSensor, DeckSensors, read_deck_sensors, sensors_file
+from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import UnitSystem
 from birdstrike.inversion.formatting import flight, quantity
 from birdstrike.reports.export.lsdyna_deck import write_lsdyna_deck
@@ -34,6 +35,7 @@ class WrittenDeck:
 
 def write_deck(case: Case, path: Path, code: str, system: UnitSystem) -> WrittenDeck:
     """Write the deck of a case, for "lsdyna" or "radioss"; raises UserError for what their common keywords have not."""
+    _refuse_other_code(path, code)
     model = strike_model(case)
     head = tuple(_head(case, model, system))
     if code == "radioss":
@@ -50,6 +52,20 @@ def write_deck(case: Case, path: Path, code: str, system: UnitSystem) -> Written
         len(model.nodes) + len(model.bird.points),
         sum(len(part.quads) for part in model.parts) + bird,
     )
+
+
+def _refuse_other_code(path: Path, code: str) -> None:
+    """Raise UserError where the sensors' file beside the deck is that of the other code's, which it would replace."""
+    beside = sensors_file(path)
+    try:
+        other = read_deck_sensors(beside).code
+    except UserError:  # none there, or a damaged one, which is written anew
+        return
+    if other != code:
+        raise UserError(
+            f"--out {path}: {beside} belongs to a deck for {other}, whose sensors in other units it names; give this "
+            f"deck a name of its own, such as --out {path.with_name(f'{code}_{path.name}')}"
+        )
 
 
 def _head(case: Case, model: StrikeModel, system: UnitSystem) -> Iterator[str]:

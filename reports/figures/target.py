@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, KDTree
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
@@ -45,6 +45,12 @@ MARK = "#D00000"
 ELEVATION, TURN = np.deg2rad(32.0), np.deg2rad(-58.0)
 """Of the eye: above the surface, and from the length axis."""
 LIGHT = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
+IN_FRONT = 0.01
+"""Of the target's extent, by which a shell must be nearer to the eye than what it hides."""
+LETTER = 0.0092
+"""Of a view's width, that a letter of a sensor's name takes."""
+WIDER = 1.4
+"""Least width of a view over its height."""
 LABELLED = 12
 """Sensors up to which each has its name in the picture."""
 
@@ -108,6 +114,8 @@ def target_figure(shown: DrawnTarget) -> Figure:
     views = figure.subplots(2, 1)
     for axes, behind in zip(views, (False, True), strict=True):
         _view(axes, shown, behind)
+    labelled = len(shown.sensors) <= LABELLED
+    _to_one_scale(list(views), max((len(words(name)) for name in shown.sensors if labelled), default=0))
     handles = [
         Patch(facecolor=PART_COLOURS[i % len(PART_COLOURS)], edgecolor=GREY, label=words(name))
         for i, name in enumerate(shown.names)
@@ -121,11 +129,27 @@ def target_figure(shown: DrawnTarget) -> Figure:
         handles.append(Line2D([], [], color=PURPLE, marker="o", markersize=3, linestyle="", label=label))
     if shown.sensors:
         handles.append(Line2D([], [], color=VERMILION, marker="P", markersize=6, linestyle="", label="sensors"))
+    placed = np.concatenate([np.empty((0, 3)), *shown.supports.values(), *(p[None] for p in shown.sensors.values())])
+    if any(hidden_from(shown, placed, _axes_of_view(behind)).any() for behind in (False, True)):
+        hollow = {"markerfacecolor": "none", "markersize": 5, "linestyle": ""}
+        handles.append(Line2D([], [], color=GREY, marker="s", label="hollow: behind a shell", **hollow))
     if len(shown.marked):
         label = f"doubtful shells ({len(shown.marked)})"
         handles.append(Line2D([], [], color=MARK, marker="o", markerfacecolor="none", linestyle="", label=label))
     figure.legend(handles=handles, loc="outside upper left", ncols=4, handlelength=1.4)
     return figure
+
+
+def _to_one_scale(views: list[Axes], letters: int) -> None:
+    """Limits of one size, wide enough for a narrow target to clear the compass and for names of so many letters."""
+    limits = np.array([[axes.get_xlim(), axes.get_ylim()] for axes in views])
+    across, up = np.ptp(limits, axis=2).max(axis=0)
+    names = min(LETTER * letters, 0.5)
+    whole = max(across / (1.0 - names), WIDER * up)
+    for axes, ((left, right), low_high) in zip(views, limits, strict=True):
+        start = left - 0.5 * max((1.0 - names) * whole - (right - left), 0.0)
+        axes.set_xlim(start, start + whole)
+        axes.set_ylim(low_high.mean() - 0.5 * up, low_high.mean() + 0.5 * up)
 
 
 def _marks(shown: DrawnTarget) -> Iterator[tuple[str, str]]:
@@ -147,8 +171,9 @@ def _view(axes: Axes, shown: DrawnTarget, behind: bool) -> None:
     look = _axes_of_view(behind)
     _facets(axes, shown, look)
     for name, mark in _marks(shown):
-        held = 1e3 * shown.supports[name] @ look[:2].T
-        axes.plot(*held.T, mark, color=BLACK, markersize=2.2, alpha=0.8, zorder=3)
+        held, hidden = 1e3 * shown.supports[name] @ look[:2].T, hidden_from(shown, shown.supports[name], look)
+        axes.plot(*held[~hidden].T, mark, color=BLACK, markersize=2.2, alpha=0.8, zorder=3)
+        axes.plot(*held[hidden].T, mark, color=GREY, markersize=2.2, markerfacecolor="none", alpha=0.8, zorder=3)
     if behind and len(shown.rivets):
         axes.plot(*(1e3 * shown.rivets @ look[:2].T).T, "o", color=PURPLE, markersize=1.8, zorder=4)
     if len(shown.marked):
@@ -161,8 +186,31 @@ def _view(axes: Axes, shown: DrawnTarget, behind: bool) -> None:
     axes.set_axis_off()
     flying = f"; velocity {quantity(shown.speed, 'm/s')}" if len(shown.bird) else ""
     side = "From behind" if behind else f"From the impact side{flying}"
-    axes.set_title(side)
+    axes.set_title(side, loc="left")
     _compass(axes, look)
+
+
+def hidden_from(shown: DrawnTarget, points: Array, look: Array) -> NDArray[np.bool_]:
+    """Whether a shell lies between points (k, 3) [m] and the eye, which looks along the last row of `look`."""
+    corners = shown.nodes[shown.quads] @ look.T
+    triangles = np.concatenate([corners[:, :3], corners[:, [0, 2, 3]]])
+    a, sides = triangles[:, 0], triangles[:, 1:] - triangles[:, :1]
+    area = sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]
+    seen = np.abs(area) > 1e-12
+    a, sides, area = a[seen], sides[seen], area[seen]
+    reach = float(np.linalg.norm(triangles[seen][:, :, :2] - a[:, None, :2], axis=2).max(initial=0.0))
+    near = IN_FRONT * float(np.ptp(shown.nodes, axis=0).max())
+    places, found = points @ look.T, np.zeros(len(points), np.bool_)
+    if not len(a):
+        return found
+    for k, around in enumerate(KDTree(a[:, :2]).query_ball_point(places[:, :2], reach)):
+        one = np.array(around, np.int64)
+        to, side = places[k] - a[one], sides[one]
+        u = (to[:, 0] * side[:, 1, 1] - to[:, 1] * side[:, 1, 0]) / area[one]
+        v = (side[:, 0, 0] * to[:, 1] - side[:, 0, 1] * to[:, 0]) / area[one]
+        over = u * side[:, 0, 2] + v * side[:, 1, 2] - to[:, 2]
+        found[k] = bool(((u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (over > near)).any())
+    return found
 
 
 def _facets(axes: Axes, shown: DrawnTarget, look: Array) -> None:
@@ -202,7 +250,9 @@ def _sensors(axes: Axes, shown: DrawnTarget, look: Array) -> None:
     if not shown.sensors:
         return
     places = {name: 1e3 * point @ look[:2].T for name, point in shown.sensors.items()}
-    axes.plot(*np.array(list(places.values())).T, "P", color=VERMILION, markersize=5, markeredgecolor="white", zorder=7)
+    flat, hidden = np.array(list(places.values())), hidden_from(shown, np.array(list(shown.sensors.values())), look)
+    axes.plot(*flat[~hidden].T, "P", color=VERMILION, markersize=5, markeredgecolor="white", zorder=7)
+    axes.plot(*flat[hidden].T, "P", color=VERMILION, markersize=5, markerfacecolor="none", zorder=7)
     if len(places) > LABELLED:
         return
     across = axes.dataLim

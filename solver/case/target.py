@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -162,16 +163,16 @@ class Target(TargetMesh):
             yield f'has struck = "{source.struck}", a part that the mesh has not; its parts: {", ".join(known)}'
         for name in known:
             if name not in given:
-                yield f"has no parts.{name}: give it a thickness and a material"
+                yield f"has no parts.{_key(name)}: give it a thickness and a material"
         for name, part in given.items():
             if name not in known:
-                yield f"has parts.{name}, which the mesh has not; {_nearest(name, known)}"
+                yield f"has parts.{_key(name)}, which the mesh has not; {_nearest(name, known)}"
             if part.material not in self.materials:
                 names = ", ".join(self.materials) or "none"
-                yield f'has parts.{name}.material = "{part.material}", unknown; materials: {names}'
+                yield f'has parts.{_key(name)}.material = "{part.material}", unknown; materials: {names}'
         for name in self.supports:
             if name not in source.sets:
-                yield f"has supports.{name}, a set of nodes that {_no_set(name, source)}"
+                yield f"has supports.{_key(name)}, a set of nodes that {_no_set(name, source)}"
             yield from self._empty(f"supports.{name}, a set", name, source)
 
     def _wrong_links(self, source: Generator | MeshFile) -> Iterator[str]:
@@ -294,7 +295,7 @@ def unknown_part(target: Any, name: str) -> str:
     return (
         ""
         if known is None or name in known
-        else f"target has parts.{name}, which the mesh has not; {_nearest(name, known)}"
+        else f"target has parts.{_key(name)}, which the mesh has not; {_nearest(name, known)}"
     )
 
 
@@ -302,6 +303,11 @@ def _no_set(name: str, source: Generator | MeshFile) -> str:
     """Why there is no such set of nodes, and which there are."""
     why = source.unread(name) if isinstance(source, MeshFile) else ""
     return f"{f'is left out: {why}' if why else 'does not exist'}; sets: {', '.join(source.sets)}"
+
+
+def _key(name: str) -> str:
+    """A name as a case file has it in a key: in quotes where it holds more than letters, digits, - and _."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{name}"'
 
 
 def _nearest(name: str, known: Sequence[str]) -> str:
@@ -331,6 +337,8 @@ def with_envelope(table: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 SHARED = {"tangent_modulus": "Pa", "rate_c": "1/s", "rate_p": "", "failure_strain": ""}
+LEAST_SIDE = 0.02
+"""Of a plate [m]: a target that stands upright, such as a rib, has no extent of its own in plan."""
 PLACEHOLDER = {"length": "1 m", "width": "1 m", "thickness": "1 mm", "elements": [2, 2], "rigid": True}
 
 
@@ -339,13 +347,12 @@ def envelope(target: Target) -> dict[str, Any]:
     generator, struck = target.source, target.struck_part
     material, radius = target.materials[struck.material], getattr(generator, "radius", None)
     plate: dict[str, Any] = {} if radius is None else {"radius": quantity_text(radius, "m")}
+    sides = [max(side, LEAST_SIDE) for side in (generator.length, generator.width)]
     plate |= {
-        "length": quantity_text(generator.length, "m"),
-        "width": quantity_text(generator.width, "m"),
+        "length": quantity_text(sides[0], "m"),
+        "width": quantity_text(sides[1], "m"),
         "thickness": quantity_text(struck.thickness, "m"),
-        "elements": [
-            min(max(round(side / generator.element_size), 2), 400) for side in (generator.length, generator.width)
-        ],
+        "elements": [min(max(round(side / generator.element_size), 2), 400) for side in sides],
     }
     if not isinstance(material, Metal):
         return plate | {"rigid": True}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -58,11 +58,11 @@ class Recorder:
         }
 
 
-def refuse_misplaced(sensors: Mapping[str, Sensor], mesh: ShellMesh) -> None:
-    """Raise UserError where sensors do not lie on these shells at rest."""
+def refuse_misplaced(sensors: Mapping[str, Sensor], mesh: ShellMesh, causes: Iterable[str] = ()) -> None:
+    """Raise UserError where sensors do not lie on these shells at rest; causes: what is said before them."""
     wrong = [text for name, sensor in sensors.items() for text in sensor.misplaced(name, mesh)]
     if wrong:
-        raise UserError(dict.fromkeys(wrong))
+        raise UserError(dict.fromkeys([*causes, *wrong]))
 
 
 def readings(sensors: Mapping[str, Sensor], run: Run) -> dict[str, Reading]:

@@ -40,6 +40,13 @@ def test_every_command_has_help_with_an_example(name: str) -> None:
     assert "--json" in result.stdout
 
 
+def test_a_word_that_is_no_choice_is_told_in_plain_words() -> None:
+    result = CliRunner().invoke(app, ["export", "reference_strike", "--to", "foo"])
+    said = " ".join(result.output.replace("│", " ").split())
+    assert result.exit_code == 1
+    assert "Invalid value for '--to': 'foo' is not one of 'lsdyna', 'radioss'." in said
+
+
 def test_asking_for_help_loads_nothing_heavy() -> None:
     ended = in_python(
         f"from birdstrike.cli.app import app\ntry: app(['--help'])\nexcept SystemExit: pass\n"

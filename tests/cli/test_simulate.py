@@ -12,8 +12,10 @@ from typer.testing import CliRunner
 
 import birdstrike
 from birdstrike.cli.app import app
+from birdstrike.cli.simulate import _peak
 from birdstrike.data.curves import read_histories
 from birdstrike.data.errors import RunFailed
+from birdstrike.data.histories import Histories
 
 SMALL = [
     *("--set", "bird.particles=300", "--set", "plate.elements=[12, 10]", "--set", "time.end=0.4 ms"),
@@ -158,6 +160,12 @@ def test_a_failed_or_interrupted_run_leaves_no_histories(tmp_path: Path, monkeyp
     result = strike(tmp_path / "out")
     assert result.exit_code == code
     assert [path.name for path in (tmp_path / "out").iterdir()] in ([], [".birdstrike.json"])
+
+
+def test_the_largest_reading_is_the_one_farthest_from_zero() -> None:
+    """A sensor that moves the other way alone was said to peak at 0."""
+    found = Histories(np.array([0.0, 1e-3, 2e-3]), {"u": np.array([0.0, -4e-3, 1e-3])}, {"u": "m"}, {})
+    assert _peak(found, "u", found.channels["u"]) == "-4 mm at 1.000 ms"
 
 
 def test_the_hint_at_the_end_is_of_the_cases_own_model(tmp_path) -> None:

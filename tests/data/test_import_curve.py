@@ -195,6 +195,8 @@ WRONG = [
         r'column "f" \(f\) stands behind a clock of its own, column 3 "t", .* with --time 3',
     ),
     ("just text\nand more\n", ImportOptions(CENTRE), r"no table: no two lines in a row of two or more numbers each"),
+    ("t [ms],f [lbs]\n0,0\n1,1\n", ImportOptions({"f": ""}), r'in lbs, a mass, .* --scale f="1 lbf/lbs"'),
+    ("t [ms],f [kg]\n0,0\n1,1\n", ImportOptions({"f": ""}), r'in kg, a mass, .* --scale f="1 kgf/kg"'),
     ("t_ms,a_mm\n0,1e400\n1,1\n", ImportOptions(CENTRE), r"1e400.*is not|too large|not a finite"),
 ]
 

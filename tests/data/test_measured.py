@@ -71,6 +71,27 @@ def test_all_bad_cells_are_listed_in_the_order_of_lines(tmp_path: Path) -> None:
     ("text", "expected"),
     [
         ("time [ms],w [mm]\n1,0\n1,2\n", "line 3: the time 1 does not increase"),
+        (
+            "time [ms],w [mm]\n0,0\n1,1\n1,1\n2,2\n",
+            "line 4: the time 1 does not increase: it stands in line 3 too, with the same values; leave one out",
+        ),
+        (
+            "time [ms],w [mm]\n0,0\n1,1\n1,2\n2,2\n",
+            "line 4: the time 1 does not increase: it stands in line 3 too, with other values; keep one for each",
+        ),
+        (
+            "time [ms],w [mm]\n" + "".join(2 * f"{i},{i}\n" for i in range(9)),
+            "line 3: the time 0 does not increase: the row stands in line 2 too, as do 9 rows with all their values",
+        ),
+        (
+            "time [ms],w [mm]\n" + 2 * "0,0\n1,1\n2,2\n",
+            "line 5: the time 0 does not increase: the clock begins again, with the same values as at",
+        ),
+        (
+            "time [ms],w [mm]\n0,0\n1,1\n2,2\n0,0\n1,3\n",
+            "line 5: the time 0 does not increase: the clock begins again, with other values than at",
+        ),
+        ("time [ms],w [mm]\n0,0\n2,1\n1,2\n", "line 4: the time 1 does not increase; sort the rows"),
         ("time [ms],w [mm]\n1,0\n,2\n3,1\n", "line 3: the time is missing"),
         ("time [ms],w\n0,1\n1,2\n", 'line 1: "w" needs a name and a unit'),
         ("time,w [mm]\n0,1\n1,2\n", 'line 1: "time" needs a name and a unit'),

@@ -11,6 +11,7 @@ from birdstrike.reports.verification.problems.joined import random_panel as rand
 from birdstrike.reports.verification.runs import compute
 from birdstrike.solver.build import rest_mesh
 from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.checks import shells_of
 from birdstrike.solver.simulate import simulate
 
 SMALL = {"bird.particles": 250, "time.end": "0.8 ms", "time.snapshots": ["0.8 ms"], "impact.standoff": "1 mm"}
@@ -87,6 +88,16 @@ def test_a_panel_that_tears_keeps_its_balance():
     assert run.summary["eroded_shells"] > 5
     assert run.summary["worst_energy_error"] < 0.02
     assert run.summary["momentum_error"] < 1e-9
+
+
+def test_what_refines_the_shells_is_named_as_the_case_has_it():
+    """No plate.elements where the case has none: an error or a warning names the generator's key, or the mesh file."""
+    panel = load_case("openradioss_panel")
+    assert panel.target is not None
+    file = panel.target.model_copy(update={"generator": None, "mesh": "panel.inp"})
+    cases = (load_case("reference_strike"), panel, panel.model_copy(update={"target": file}))
+    named = ["plate.elements", "target.generator.element_size", "the file of target.mesh"]
+    assert [shells_of(case) for case in cases] == named
 
 
 @pytest.mark.parametrize("seed", [1, 8, 11])

@@ -54,4 +54,4 @@ def test_a_bird_that_never_meets_the_plate_is_told_what_to_change():
     assert any("did not touch the plate before time.end: shorten impact.standoff" in line for line in short)
     run = Coupling(small())
     run.bird.x[: run.bird.n, 2] -= 1.0
-    assert untouched(run).startswith("the bird flew past the plate: enlarge plate.length")
+    assert untouched(run).startswith("the bird flew past the plate: enlarge it, or aim elsewhere (impact.offset")

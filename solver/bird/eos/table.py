@@ -30,6 +30,8 @@ class Table(Law):
         falls = next((row for row, (one, after) in enumerate(pairwise(value), start=2) if after <= one), None)
         if falls is not None:
             text = f"does not rise at point {falls} of {len(value)}"
+            if value[falls - 1] == value[falls - 2]:
+                raise complaint(f"{text}: it has the value of the point before; leave one of the two out")
             raise complaint(f"{text}: a pressure that falls in compression is unstable; correct it or leave it out")
         return value
 

@@ -24,26 +24,45 @@ JOINED = ("CONSTRAINED_", "CONTACT_TIED", "CONTACT_SPOTWELD", "ELEMENT_")
 """How keywords begin that hold nodes together, load them with mass, or are elements."""
 UNHEARD = ("ELEMENT_PLOTEL", "INCLUDE_PATH", "CONSTRAINED_GLOBAL")
 """Of these such that change nothing of the target."""
+PARAMETERS = ("PARAMETER", "PARAMETER_LOCAL", "PARAMETER_MUTABLE")
+"""Keywords that give values names; an expression's is not worked out."""
 
 
 class Block(NamedTuple):
-    """Keyword in capitals without its star, whether its fields are long, and its lines without comments."""
+    """Keyword in capitals without its star, whether its fields are long, and its lines without comments.
+
+    parameters: of the whole file, name in capitals -> its value's text.
+    """
 
     keyword: str
     long: bool
     lines: list[str]
+    parameters: dict[str, str]
 
     def fields(self, line: str, widths: Sequence[int]) -> list[str]:
-        """Fields of a line: between commas, or of fixed widths."""
+        """Fields of a line: between commas, or of fixed widths; in place of &name the parameter's value."""
         if "," in line:
             found = [word.strip() for word in line.split(",")]
-            return (found + [""] * len(widths))[: len(widths)]
-        found, at = list[str](), 0
-        for width in widths:
-            width = LONG if self.long else width
-            found.append(line[at : at + width].strip())
-            at += width
-        return found
+            found = (found + [""] * len(widths))[: len(widths)]
+        else:
+            found, at = list[str](), 0
+            for width in widths:
+                width = LONG if self.long else width
+                found.append(line[at : at + width].strip())
+                at += width
+        return [self._value(text, line) if "&" in text else text for text in found]
+
+    def _value(self, text: str, line: str) -> str:
+        """What &name or -&name stands for; raises UserError for a name that no *PARAMETER gives."""
+        sign, _, name = text.rpartition("&")
+        value = self.parameters.get(name.strip().upper())
+        if value is None or sign.strip() not in ("", "+", "-"):
+            raise UserError(
+                f'*{self.keyword}: "{text}" in the line "{line.strip()}" is no parameter of the file; its parameters '
+                f"(R and I of *PARAMETER): {', '.join(self.parameters) or 'none'}. Give it there by a number, which an "
+                "expression is not, or write the number into the line"
+            )
+        return value if sign.strip() != "-" else value[1:] if value.startswith("-") else f"-{value.lstrip('+')}"
 
     def number(self, text: str, line: str) -> int:
         """A whole number, 0 where nothing stands."""
@@ -56,8 +75,11 @@ def read_keywords(path: str) -> TextMesh:
     A part or a set is called by its heading or title, by heading and number where several have the same, and without
     one part_<number> or set_<number>. Raises UserError for a file that is no mesh of shells.
     """
-    files = Files(Path(path))
-    mesh, blocks = TextMesh(files=files.found), list(_blocks(files.first, files))
+    files, parameters = Files(Path(path)), dict[str, str]()
+    mesh, blocks = TextMesh(files=files.found), list(_blocks(files.first, files, parameters))
+    for block in blocks:
+        if block.keyword in PARAMETERS:
+            _parameters(block)
     headings: dict[int, str] = {}
     for block in blocks:
         if block.keyword == "NODE":
@@ -79,9 +101,29 @@ def read_keywords(path: str) -> TextMesh:
     return mesh
 
 
-def _blocks(path: Path, files: Files, long: bool = False, depth: int = 0) -> Iterator[Block]:
+def _parameters(block: Block) -> None:
+    """Names and values of *PARAMETER, four on a line, as "R dx" or "Idx", join those of the file."""
+    for line in filter(str.strip, block.lines):
+        words = block.fields(line, (10,) * 8)
+        for word, value in zip(words[::2], words[1::2], strict=True):
+            name = word[1:].strip().upper()
+            if word[:1].upper() not in ("R", "I") or not name:
+                if word[:1].upper() == "C" or not word:
+                    continue
+                raise UserError(f'*{block.keyword}: "{word}" in the line "{line.strip()}" is no R or I with a name')
+            (decimal if word[0] in "Rr" else whole)(value, line, f"*{block.keyword}")
+            if block.parameters.setdefault(name, value) != value:
+                raise UserError(
+                    f"*{block.keyword}: {name} is given twice, as {block.parameters[name]} and as {value}; leave one "
+                    "out, or give each a name of its own"
+                )
+
+
+def _blocks(
+    path: Path, files: Files, parameters: dict[str, str], long: bool = False, depth: int = 0
+) -> Iterator[Block]:
     """A file's blocks up to *END, those of included files in their place."""
-    block = Block("", long, [])
+    block = Block("", long, [], parameters)
     for line in [*lines_of(path), "*END"]:
         if not line.startswith("*"):
             if not line.startswith("$"):
@@ -89,7 +131,7 @@ def _blocks(path: Path, files: Files, long: bool = False, depth: int = 0) -> Ite
             continue
         if block.keyword == "INCLUDE":
             for name in _names_of_files(block.lines):
-                yield from _blocks(files.included(name, path, depth + 1), files, long, depth + 1)
+                yield from _blocks(files.included(name, path, depth + 1), files, parameters, long, depth + 1)
         elif block.keyword:
             yield block
         keyword, *words = line[1:].upper().split() or [""]
@@ -102,7 +144,7 @@ def _blocks(path: Path, files: Files, long: bool = False, depth: int = 0) -> Ite
             raise UserError(f"*{keyword} is in the I10 format (%), which is not read; write it in the standard format")
         sign = {keyword[-1:], *words}
         own = "+" in sign or (long and "-" not in sign)
-        block = Block(keyword.rstrip("+-"), own, [])
+        block = Block(keyword.rstrip("+-"), own, [], parameters)
 
 
 def _names_of_files(lines: list[str]) -> Iterator[str]:

@@ -65,16 +65,28 @@ def inspect_mesh(path: str, unit: str, origin: tuple[float, float, float]) -> tu
     """The mesh of a file, however bad its shells are, and all that is found about them; raises UserError for none."""
     key = path, unit, origin
     try:
+        if Path(path).is_dir():
+            raise UserError(f"target.mesh = {shortened(path)} is a folder; name the mesh file in it")
         Path(path).stat()
-        kept = _KEPT.get(key)
-        if kept is None or any(_changed(file) != at for file, at in kept.changed.items()):
-            kept = _KEPT[key] = _read(*key)
-        if len(_KEPT) > MOST_KEPT:
-            _KEPT.pop(next(iter(_KEPT)), None)
-        return kept.mesh, kept.findings
     except (OSError, ValueError) as error:  # the latter for a name that no file can have
-        reason = getattr(error, "strerror", None) or error
-        raise UserError(f"target.mesh = {shortened(path)} cannot be read: {reason}") from error
+        raise _unreadable(path, error) from error
+    kept = _KEPT.get(key)
+    if kept is None or any(_changed(file) != at for file, at in kept.changed.items()):
+        try:
+            kept = _KEPT[key] = _read(*key)
+        except OSError as error:
+            raise _unreadable(path, error) from error
+    if len(_KEPT) > MOST_KEPT:
+        _KEPT.pop(next(iter(_KEPT)), None)
+    return kept.mesh, kept.findings
+
+
+def _unreadable(path: str, error: OSError | ValueError) -> UserError:
+    """Of a file that is not there, or that may not be read."""
+    reason = getattr(error, "strerror", None) or error
+    return UserError(
+        f"target.mesh = {shortened(path)} cannot be read: {reason}; correct the path, or the file's rights"
+    )
 
 
 class Kept(NamedTuple):
@@ -105,6 +117,11 @@ def _read(path: str, unit: str, origin: tuple[float, float, float]) -> Kept:
         raise UserError(f"target.mesh = {path}: {no_shells(other)}")
     order = [i for kind in SHELLS for i, block in enumerate(file.cells) if block.type == kind]
     quads = np.concatenate([_four(file.cells[i].data) for i in order]).astype(np.int64)
+    if lost := int(((quads < 0) | (quads >= len(file.points))).any(axis=1).sum()):
+        raise UserError(
+            f"target.mesh = {path}: {lost} of its shells name nodes that are not there, of {len(file.points)}; write "
+            "the file anew, with the nodes of every shell"
+        )
     names, part = _parts(file, order, len(quads), path)
     used, quads = np.unique(quads, return_inverse=True)
     points = np.zeros((len(file.points), 3))
@@ -154,8 +171,8 @@ def _by_meshio(path: str) -> Any:
             return meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio prints its reason and ends the process on some files
         raise UserError(
-            f"it is no mesh that meshio reads: {_reason(error, said.getvalue())}; Abaqus .inp, Gmsh .msh, Nastran "
-            ".bdf, VTK .vtk and .vtu, and LS-DYNA .k are"
+            f"it is no mesh that meshio reads, or is damaged or cut short: {_reason(error, said.getvalue())}; write it "
+            "anew, as Abaqus .inp, Gmsh .msh, Nastran .bdf, VTK .vtk or .vtu, or LS-DYNA .k"
         ) from error
 
 

@@ -19,6 +19,8 @@ PROPERTY = "nastran:ref"
 """Array of a mesh's cells that holds the numbers of their properties, as meshio calls it."""
 DEEPEST = 20
 """Files that include each other, one in the other."""
+LARGEST = 2**31 - 1
+"""Number of a node, a shell, a part or a set, as far as the codes themselves count."""
 Place = tuple[float, float, float]
 
 
@@ -140,9 +142,12 @@ class Files:
 def whole(text: str, line: str, keyword: str) -> int:
     """A whole number; raises UserError with the line that it stands in."""
     try:
-        return int(text)
+        number = int(text)
     except ValueError:
         raise UserError(f'{keyword}: "{text.strip()}" in the line "{line.strip()}" is no whole number') from None
+    if abs(number) > LARGEST:
+        raise UserError(f'{keyword}: "{text.strip()}" in the line "{line.strip()}" is beyond {LARGEST}; renumber it')
+    return number
 
 
 def decimal(text: str, line: str, keyword: str) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar
 
@@ -9,6 +10,9 @@ from birdstrike.solver.fields import Between, Section
 from birdstrike.solver.target.part_mesh import PartMesh
 
 Length = Annotated[float, Between("1 mm", "5000 mm")]
+SIDE, ELEMENT_SIZE = Between("20 mm", "5000 mm"), Between("0.5 mm", "200 mm")
+MOST_SHELLS = 250_000
+"""Of the skin; more take hours and more memory than a workstation has."""
 
 
 class Generator(Section):
@@ -21,9 +25,9 @@ class Generator(Section):
     kind: str
     struck: ClassVar[str]
 
-    length: Annotated[float, Between("20 mm", "5000 mm")]
-    width: Annotated[float, Between("20 mm", "5000 mm")]
-    element_size: Annotated[float, Between("0.5 mm", "200 mm")]
+    length: Annotated[float, SIDE]
+    width: Annotated[float, SIDE]
+    element_size: Annotated[float, ELEMENT_SIZE]
 
     @property
     def sets(self) -> tuple[str, ...]:
@@ -41,9 +45,17 @@ class Generator(Section):
         raise NotImplementedError(self.kind)
 
     @classmethod
-    def broken_rules(cls, _raw: Mapping[str, Any], _prefix: str) -> Iterator[str]:
+    def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
         """One line for every rule between keys that the table as read breaks; prefix: its dotted key."""
-        yield from ()
+        length, width = (SIDE.valid(raw.get(key)) for key in ("length", "width"))
+        size = ELEMENT_SIZE.valid(raw.get("element_size"))
+        if length and width and size and length * width / size**2 > MOST_SHELLS:
+            least = 1e3 * math.sqrt(length * width / MOST_SHELLS)
+            yield (
+                f"{prefix}.element_size = {raw['element_size']} makes {length * width / size**2:,.0f} shells of "
+                f"{prefix}.length = {raw['length']} and width = {raw['width']}, beyond {MOST_SHELLS:,}; "
+                f"{math.ceil(10.0 * least) / 10.0:g} mm or more"
+            )
 
     def canonical(self) -> dict[str, Any]:
         """What changes its mesh, SI."""

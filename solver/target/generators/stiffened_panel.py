@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -80,6 +81,7 @@ class StiffenedPanel(Generator):
 
     @classmethod
     def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
+        yield from super().broken_rules(raw, prefix)
         count = raw.get("stiffeners")
         sizes = {key: mark.valid(raw.get(key)) for key, mark in SPANS.items()}
         if isinstance(count, int) and count > 0 and "height" not in raw:
@@ -217,18 +219,13 @@ def _lap_rules(raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
             if key in raw and needed not in raw:
                 example = "2 mm" if needed == "lap" else "25 mm"
                 yield f'{prefix}.{needed} is missing: {key} needs it, such as {needed} = "{example}"'
-    joint, overlap = ASIDE.valid(raw.get("joint", "0 mm")), SPANS["overlap"].valid(raw.get("overlap"))
+    stretches = _stretches(raw)
+    yield from _beyond_the_end(raw, prefix, stretches)
     count, pitch = raw.get("stiffeners"), SPANS["pitch"].valid(raw.get("pitch")) or 0.0
     foot = Between("1 mm", "500 mm").valid(raw.get("foot")) or 0.0
-    if not isinstance(count, int) or joint is None:
+    if not isinstance(count, int):
         return
-    stretches = {} if overlap is None else {"overlap": (joint - 0.5 * overlap, joint + 0.5 * overlap)}
-    pad, at = raw.get("pad"), raw.get("pad_at", ["0 mm", "0 mm"])
-    if isinstance(pad, list) and isinstance(at, list) and len(pad) == len(at) == 2:
-        size, middle = SPANS["length"].valid(pad[0]), ASIDE.valid(at[0])
-        if size is not None and middle is not None:
-            stretches["pad"] = (middle - 0.5 * size, middle + 0.5 * size)
-    for key, (low, high) in stretches.items():
+    for key, (low, high) in stretches["length"].items():
         for i in range(count):
             place = (i - 0.5 * (count - 1)) * pitch
             if place < high and place + foot > low:
@@ -236,6 +233,36 @@ def _lap_rules(raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
                 yield (
                     f"{prefix}.{key} = {raw[key]} reaches a stiffener at {there}; move it into a bay "
                     f"({1e3 * low:.4g} .. {1e3 * high:.4g} mm now)"
+                )
+
+
+def _stretches(raw: Mapping[str, Any]) -> dict[str, dict[str, tuple[float, float]]]:
+    """From where to where overlap and pad lie along length and width [m]."""
+    found: dict[str, dict[str, tuple[float, float]]] = {"length": {}, "width": {}}
+    joint, overlap = ASIDE.valid(raw.get("joint", "0 mm")), SPANS["overlap"].valid(raw.get("overlap"))
+    if joint is not None and overlap is not None:
+        found["length"]["overlap"] = (joint - 0.5 * overlap, joint + 0.5 * overlap)
+    pad, at = raw.get("pad"), raw.get("pad_at", ["0 mm", "0 mm"])
+    if isinstance(pad, list) and isinstance(at, list) and len(pad) == len(at) == 2:
+        for along, side, place in zip(found.values(), pad, at, strict=True):
+            size, middle = SPANS["length"].valid(side), ASIDE.valid(place)
+            if size is not None and middle is not None:
+                along["pad"] = (middle - 0.5 * size, middle + 0.5 * size)
+    return found
+
+
+def _beyond_the_end(
+    raw: Mapping[str, Any], prefix: str, stretches: Mapping[str, Mapping[str, tuple[float, float]]]
+) -> Iterator[str]:
+    """Overlap and pad [m] along length and width lie on the panel."""
+    for side, found in stretches.items():
+        half = 0.5 * (SPANS["length"].valid(raw.get(side)) or math.inf)
+        for key, (low, high) in found.items():
+            if max(-low, high) > half * (1.0 + 1e-9):
+                where = "joint" if key == "overlap" else "pad_at"
+                yield (
+                    f"{prefix}.{key} = {raw[key]} lies at {1e3 * low:.4g} .. {1e3 * high:.4g} mm along the {side}, "
+                    f"beyond the panel's end at {1e3 * half:.4g} mm; make it smaller, or move it by {prefix}.{where}"
                 )
 
 

@@ -27,8 +27,12 @@ class Tabulated(RatedMetal):
     def _rises_from_zero(cls, value: tuple[float, ...]) -> tuple[float, ...]:
         if not 2 <= len(value) <= metal.MOST_POINTS:
             raise complaint(f"has {len(value)} points; give 2 .. {metal.MOST_POINTS}")
-        if value[0] != 0.0 or any(after <= one for one, after in pairwise(value)):
-            raise complaint("must begin at 0 and rise from point to point")
+        if value[0] != 0.0:
+            raise complaint(f"begins at {value[0]:g}; its first point is the yield stress, at a plastic strain of 0")
+        for point, (one, after) in enumerate(pairwise(value), start=2):
+            if after <= one:
+                remedy = "leave one of the two out" if after == one else "sort the points"
+                raise complaint(f"does not rise at point {point} of {len(value)}: {after:g} after {one:g}; {remedy}")
         return value
 
     @field_validator("flow_stress")

@@ -102,14 +102,26 @@ def test_channels_that_were_exchanged_are_named(dataset: Dataset) -> None:
         assert sum("change places" in text for text in found) == words
 
 
-@pytest.mark.parametrize(("factor", "words"), [(1e-3, "the record ends at 0.00268 ms"), (1e3, "and ends at 2680 ms")])
-def test_a_clock_in_another_unit_is_named(dataset: Dataset, factor: float, words: str) -> None:
-    """Contact at t = 0: no part of the record is known to lie before it."""
+def begun_at_contact(dataset: Dataset, factor: float) -> tuple[Measured, Dataset]:
+    """Contact at t = 0: no part of the record, whose clock is off by a factor, is known to lie before it."""
     begun = replace(dataset, time=dataset.time[:-31], curves={name: y[:, 31:] for name, y in dataset.curves.items()})
-    measured = replace(shot(), time=factor * (CLOCK - 0.31e-3))
-    (text,) = said(measured, begun)
+    return replace(shot(), time=factor * (CLOCK - 0.31e-3)), begun
+
+
+def test_a_clock_in_too_large_a_unit_is_named(dataset: Dataset) -> None:
+    (text,) = said(*begun_at_contact(dataset, 1e2))
     assert "is its clock in another unit" in text
-    assert words in text
+    assert "and ends at 268 ms" in text
+
+
+@pytest.mark.parametrize(("factor", "first", "last"), [(1e-3, "0.00268 ms", "0.00268 ms"), (1e3, "0 ms", "2.68 s")])
+def test_a_clock_in_another_unit_that_leaves_hardly_a_point_is_refused(
+    dataset: Dataset, factor: float, first: str, last: str
+) -> None:
+    with pytest.raises(
+        MeasuredError, match=f"in the first {first} alone of .*to {last}: is it in another unit .*-unit"
+    ):
+        said(*begun_at_contact(dataset, factor))
 
 
 @pytest.mark.parametrize("factor", [1e-3, 1e3])

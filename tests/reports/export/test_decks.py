@@ -15,6 +15,7 @@ from birdstrike.cli.app import app
 from birdstrike.data.decks.sensors import read_deck_sensors
 from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import unit_system
+from birdstrike.reports.export.deck import write_deck
 from birdstrike.reports.export.effects import effect_lines, read_effects
 from birdstrike.reports.export.fixed_columns import number
 from birdstrike.solver.build import build_bird, build_plate
@@ -29,7 +30,7 @@ SPRINGS = '{ rotational = "100 kN*m/rad/m", in_plane = "500 N/mm^2" }'
 
 
 def written(case: str, code: str, units: str, folder: Path, **settings: str) -> str:
-    name = "strike_0000.rad" if code == "radioss" else "strike.k"
+    name = "strike_0000.rad" if code == "radioss" else "strike_dyna.k"
     export(case, folder / name, to=code, units=units, deck=True, settings=settings)
     return (folder / name).read_text()
 
@@ -121,7 +122,7 @@ def test_lsdyna_deck_reads_back_to_the_case_in_three_unit_systems(units: str, tm
     assert places[len(plate.x) :] == pytest.approx(length * bird.x[: bird.n], rel=1e-9, abs=1e-9)
     corners = deck["*ELEMENT_SHELL"][0].elements[["n1", "n2", "n3", "n4"]].to_numpy(int)
     assert np.array_equal(corners, plate.quads + 1)
-    particles = particles_of((tmp_path / "strike.k").read_text())
+    particles = particles_of((tmp_path / "strike_dyna.k").read_text())
     assert np.array_equal(particles[:, 0], nodes["nid"].to_numpy(int)[len(plate.x) :])
     assert set(particles[:, 1]) == {2.0}
     total = particles[:, 2].sum()
@@ -305,6 +306,18 @@ def test_command_names_the_files_and_what_comes_next(tmp_path: Path) -> None:
     assert [Path(file).name for file in answer["files"]] == ["shot_0000.rad", "shot_0001.rad"]
     assert all(Path(file).is_file() for file in (*answer["files"], answer["sensors"]))
     assert "birdstrike compare demo_rig" in " ".join(found.stdout.split())
+
+
+def test_a_deck_does_not_replace_the_sensors_of_the_other_codes(tmp_path: Path) -> None:
+    """Both would be shot.sensors.json, in other units: the first deck would be compared by the second's."""
+    case, system = load_case("demo_rig", SMALL), unit_system("mm-ms-kg-GPa")
+    write_deck(case, tmp_path / "shot_0000.rad", "radioss", system)
+    before = (tmp_path / "shot.sensors.json").read_bytes()
+    with pytest.raises(UserError, match=r"belongs to a deck for radioss, .* such as --out .*lsdyna_shot\.k"):
+        write_deck(case, tmp_path / "shot.k", "lsdyna", system)
+    assert (tmp_path / "shot.sensors.json").read_bytes() == before
+    assert not (tmp_path / "shot.k").exists()
+    write_deck(case, tmp_path / "shot_0000.rad", "radioss", unit_system("mm-s-t-MPa"))
 
 
 @pytest.mark.parametrize("value", [1.0 / 3.0, -1.0 / 3e7, 71e9, 0.1, -45.55, 123456.789, 1e-20, 0.0])

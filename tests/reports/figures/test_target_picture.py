@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
-from birdstrike.reports.figures.target import drawn_target, target_figure
+from birdstrike.reports.figures.target import _axes_of_view, drawn_target, hidden_from, target_figure
 from birdstrike.solver.case.case import load_case
 
 COARSE = {"target.generator.element_size": "25 mm", "bird.particles": "300"}
@@ -31,7 +31,35 @@ def test_bird_sensors_supports_and_rivets_stand_where_the_case_says():
     assert len(shown.rivets) == 174
     legend = target_figure(shown).legends[0]
     told = [text.get_text() for text in legend.get_texts()]
-    assert told == ["skin", "skin 2", "pad", "stiffeners", "held: edges", "rivets (174)", "sensors"]
+    assert told[:4] == ["skin", "skin 2", "pad", "stiffeners"]
+    assert told[4:] == ["held: edges", "rivets (174)", "sensors", "hollow: behind a shell"]
+
+
+@pytest.mark.parametrize(
+    ("case", "changes"), [("openradioss_panel", {}), ("openradioss_panel", {"bird.length": "600 mm"}), ("demo_rig", {})]
+)
+def test_both_views_are_to_one_scale_and_hold_their_names(case: str, changes: dict[str, str]):
+    """Also where a long bird makes the one higher than the other, and where a sensor's name is long."""
+    coarse = COARSE if case == "openradioss_panel" else {}
+    figure = target_figure(drawn_target(load_case(case, coarse | changes)))
+    figure.draw_without_rendering()
+    boxes = [axes.get_window_extent() for axes in figure.axes]
+    sizes = [box.width / np.ptp(axes.get_xlim()) for box, axes in zip(boxes, figure.axes, strict=True)]
+    heights = [box.height / np.ptp(axes.get_ylim()) for box, axes in zip(boxes, figure.axes, strict=True)]
+    assert np.allclose([*sizes, *heights], sizes[0], rtol=1e-3)
+    texts = [text for axes in figure.axes for text in axes.texts if text.get_text()]
+    assert max(text.get_window_extent().x1 for text in texts) <= figure.bbox.x1
+
+
+def test_what_lies_behind_a_shell_is_known_from_either_side():
+    """A sensor on a blade is hidden from the impact side alone, one on the skin from neither."""
+    shown = drawn_target(load_case("openradioss_panel", COARSE))
+    points = np.array([shown.sensors["u_blade"], shown.sensors["w_x60"]])
+    front, back = (hidden_from(shown, points, _axes_of_view(behind)) for behind in (False, True))
+    assert front.tolist() == [True, False]
+    assert back.tolist() == [False, False]
+    bare = drawn_target(load_case("flat_plate_002", COARSE))
+    assert "hollow: behind a shell" not in [t.get_text() for t in target_figure(bare).legends[0].get_texts()]
 
 
 @pytest.mark.parametrize("case", ["flat_plate_002", "reference_strike"])

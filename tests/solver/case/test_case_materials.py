@@ -172,6 +172,10 @@ def test_tabulated_law_from_a_file_beside_the_case(tmp_path: Path):
     ("keys", "complaint"),
     [
         ({"mu": "[0, 0.1, 0.2]", "p": "['0 MPa', '2 MPa', '1 MPa']"}, "does not rise at point 3 of 3"),
+        (
+            {"mu": "[0, 0.1, 0.1]", "p": "['0 MPa', '1 MPa', '2 MPa']"},
+            "value of the point before; leave one of the two",
+        ),
         ({"mu": "[0, 0.1]", "p": "['0 MPa', '2 MPa']"}, "as many, and at least three"),
         ({"p": "['0 MPa', '2 MPa', '3 MPa']"}, "over rho or over mu"),
     ],

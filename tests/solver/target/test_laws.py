@@ -246,7 +246,9 @@ def test_a_layer_without_failure_never_fails():
     ("change", "said"),
     [
         ({"plastic_strain": [0.0, 0.02]}, "3 of flow_stress"),
-        ({"plastic_strain": [0.01, 0.02, 0.1]}, "must begin at 0"),
+        ({"plastic_strain": [0.01, 0.02, 0.1]}, "begins at 0.01; its first point is the yield stress, at a plastic"),
+        ({"plastic_strain": [0.0, 0.1, 0.1]}, "does not rise at point 3 of 3: 0.1 after 0.1; leave one of the two out"),
+        ({"plastic_strain": [0.0, 0.2, 0.1]}, "does not rise at point 3 of 3: 0.1 after 0.2; sort the points"),
         ({"flow_stress": ["300 MPa", "290 MPa", "450 MPa"]}, "falls"),
     ],
 )

@@ -10,6 +10,7 @@ import pytest
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import load_case
+from birdstrike.solver.setup_warnings import long_rivets
 from birdstrike.solver.simulate import simulate
 from birdstrike.solver.target.assembled import LinkData, PartData, assembled
 from birdstrike.solver.target.assembly import Target
@@ -219,6 +220,61 @@ def test_a_lap_joint_breaks_at_its_strength_exactly_and_its_energy_is_counted(de
     assert not rivets_in(target).update_forces(target.nodes, dt)
 
 
+PULLED = METAL.model_copy(update={"poisson": 0.0})
+"""Bars, so that strips one shell wide stretch alone."""
+RATIO = RIVET.across * 0.025 / (70e9 * 0.03 * 2e-3)
+"""Stiffness of a rivet over that of a strip between two of them."""
+
+
+def pulled_joint(rivet: RivetData) -> tuple[Target, np.ndarray]:
+    """Two strips of 30 x 2 mm in one plane, one shell wide, joined by three rivets 25 mm apart; one is held at its end.
+
+    Returns the target and the nodes at the end of the other.
+    """
+    parts = parts_of(
+        {
+            "front": level((-0.05, 0.075), (-0.015, 0.015), (5, 1)),
+            "back": level((0.0, 0.125), (-0.015, 0.015), (5, 1)),
+        }
+    )
+    held, end = np.flatnonzero(parts.nodes[:, 0] < -0.049), np.flatnonzero(parts.nodes[:, 0] > 0.124)
+    parts = replace(parts, sets={"left": held})
+    row = Row(np.array([[0.025 * i, 0.0, 0.0] for i in range(3)]), ("front", "back"))
+    data = dict.fromkeys(parts.parts, PartData(2e-3, PULLED))
+    links = LinkData({}, (("row", row, rivet),))
+    return assembled(parts, data, {"left": NAMED["clamped"]}, 6e4, links), end
+
+
+def pull(target: Target, end: np.ndarray, force: np.ndarray, dt: float = 2e-6) -> np.ndarray:
+    """Forces (steps, rivets, 3) on the second strip while its end is drawn by `force` (steps,) [N] along x."""
+    rivets, found = rivets_in(target), np.zeros((len(force), len(rivets_in(target)), 3))
+    for k, whole in enumerate(force):
+        applied = np.zeros_like(target.x)
+        applied[end, 0] = whole / len(end)
+        target.update_forces(dt if k else 0.0)
+        found[k] = rivets.force[:, :3]
+        target.kick_and_drift(dt if k else 0.5 * dt, dt, applied)
+    return found
+
+
+def test_rivets_of_a_pulled_lap_joint_share_the_load_as_springs_between_bars():
+    """Of three rivets of stiffness k at a pitch p, F1 = F3 = F2 (1 + k p/E A); together they carry what is applied."""
+    target, end = pulled_joint(RIVET)
+    forces = -pull(target, end, np.full(600, 1000.0))[-1, :, 0]
+    assert forces.sum() == pytest.approx(1000.0, rel=1e-4)
+    assert forces == pytest.approx(np.array([1.0 + RATIO, 1.0, 1.0 + RATIO]) * 1000.0 / (3.0 + 2.0 * RATIO), rel=2e-4)
+
+
+def test_a_slowly_pulled_lap_joint_fails_where_its_outer_rivets_reach_their_strength():
+    target, end = pulled_joint(RIVET)
+    force = np.linspace(0.0, 13500.0, 3000)
+    forces = np.linalg.norm(pull(target, end, force), axis=2)
+    first = int(np.argmax(forces.max(axis=1) >= RIVET.shear * (1.0 - 1e-9)))
+    assert force[first] == pytest.approx(RIVET.shear * (3.0 + 2.0 * RATIO) / (1.0 + RATIO), rel=0.02)
+    assert forces.max() == pytest.approx(RIVET.shear, rel=1e-9)
+    assert rivets_in(target).lost == 3
+
+
 @pytest.mark.parametrize("triangles", [False, True])
 def test_strips_that_tear_off_their_rivet_keep_momenta_and_energy(triangles):
     """Both of quadrilaterals, or the one behind of triangles."""
@@ -349,6 +405,18 @@ METAL_OF = {"thickness": "2 mm", "material": "aluminium"}
             "reaches a stiffener at 100 .. 120 mm",
         ),
         (
+            {"target.generator.element_size": "0.5 mm"},
+            "makes 1,000,000 shells of target.generator.length = 500 mm and width = 500 mm, beyond 250,000; 1 mm or",
+        ),
+        (
+            PANEL | {"target.generator.overlap": "30 mm", "target.generator.joint": "240 mm"},
+            "overlap = 30 mm lies at 225 .. 255 mm along the length, beyond the panel's end at 250 mm; make it smaller",
+        ),
+        (
+            PANEL | {"target.generator.pad": '["50 mm", "600 mm"]'},
+            "lies at -300 .. 300 mm along the width, beyond the panel's end at 250 mm; make it smaller, or move it by",
+        ),
+        (
             {"target.ties.web.nodes": "nowhere", "target.ties.web.onto": "skin", "target.ties.web.distance": "1 mm"},
             "does not exist",
         ),
@@ -358,6 +426,22 @@ def test_bad_joints_are_named(changes, message):
     with pytest.raises(CaseError) as error:
         load_case("openradioss_panel", changes)
     assert any(message in line for line in error.value.errors), error.value.errors
+
+
+def test_rivets_through_air_are_told():
+    """Between sheets that do not lie on each other, as where a row was placed for another part."""
+    row = {"parts": '["skin", "stiffeners"]', "pitch": "25 mm", "tension_strength": "3 kN", "shear_strength": "3 kN"}
+    row |= {"start": '["70 mm", "-100 mm", "-15 mm"]', "end": '["70 mm", "100 mm", "-15 mm"]'}
+    changes = {f"target.rivets.mine.{key}": value for key, value in row.items()}
+    l_section = {
+        "target.generator.section": "L",
+        "target.generator.flange": "30 mm",
+        "target.generator.height": "30 mm",
+    }
+    l_section["target.generator.pitch"] = "100 mm"
+    (said,) = long_rivets(load_case("openradioss_panel", changes | l_section))
+    assert "target.rivets.mine joins skin and stiffeners where their mid-surfaces are up to 30 mm apart" in said
+    assert long_rivets(load_case("sidewall_004", {"target.generator.element_size": "40 mm"})) == []
 
 
 def test_effects_on_rivets_are_refused_where_there_are_none():

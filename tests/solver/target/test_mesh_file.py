@@ -21,6 +21,7 @@ from birdstrike.solver.target.mesh import is_triangle
 from birdstrike.solver.target.part_mesh import PartMesh
 from tests.solver.target.triangles import abaqus_file, cut
 
+PART = {"thickness": "3 mm", "material": "aluminium"}
 PANEL = {"kind": "stiffened_panel", "length": "500 mm", "width": "500 mm", "element_size": "50 mm"}
 PANEL |= {"stiffeners": 2, "pitch": "200 mm", "height": "40 mm"}
 MESH: PartMesh = GENERATORS.validate(PANEL).mesh()
@@ -195,6 +196,7 @@ def test_a_mesh_that_would_spoil_any_run_is_refused(tmp_path, kind, said):
         ({"mesh_unit": "in"}, "would it be in m?"),
         ({"mesh_unit": "furlong"}, "unknown; available: m, cm, mm, in"),
         ({"mesh": "nowhere.inp"}, "cannot be read"),
+        ({"parts": {"skin": PART, "rear rib": PART}}, 'has parts."rear rib", which the mesh has not'),
         ({"struck": "roof"}, 'struck = "roof", a part that the mesh has not; its parts: skin, stiffeners'),
         ({"supports": {"rim": "clamped"}}, "a set of nodes that does not exist; sets: free_edges, edges"),
     ],
@@ -204,6 +206,29 @@ def test_what_a_file_has_not_is_told_by_name(tmp_path, changes, said):
     with pytest.raises(CaseError) as caught:
         load_case(table_with(path, **changes))
     assert said in str(caught.value)
+
+
+def test_shells_on_nodes_that_are_not_there_are_told(tmp_path):
+    quads = MESH.quads.copy()
+    quads[3, 1] = len(MESH.nodes) + 7
+    with pytest.raises(CaseError, match="1 of its shells name nodes that are not there, of 143; write the file anew"):
+        load_case(table_with(written(tmp_path / "panel.vtu", quads=quads)))
+
+
+def test_a_fault_of_the_reading_is_no_file_that_cannot_be_read(tmp_path, monkeypatch):
+    """Its own words stay: they say what to look for."""
+
+    def broken(_: Any) -> None:
+        raise ValueError("arrays of unlike length")
+
+    path = written(tmp_path / "panel.inp")
+    monkeypatch.setattr("birdstrike.solver.target.files.mesh_file.findings_of", broken)
+    with pytest.raises(ValueError, match="arrays of unlike length"):
+        read_mesh(str(path), "m")
+    with pytest.raises(UserError, match=r"is a folder; name the mesh file in it"):
+        read_mesh(str(tmp_path), "m")
+    with pytest.raises(UserError, match=r"cannot be read: No such file.*; correct the path"):
+        read_mesh(str(tmp_path / "nowhere.inp"), "m")
 
 
 def test_a_mesh_of_inches_called_metres_is_told(tmp_path):

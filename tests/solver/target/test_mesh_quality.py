@@ -17,9 +17,9 @@ from birdstrike.data.errors import CaseError, UserError
 from birdstrike.reports.figures.target import MARK
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.coupling import Coupling
-from birdstrike.solver.setup_warnings import aimed_off, doubtful_shells, free_target
+from birdstrike.solver.setup_warnings import aimed_off, doubtful_shells, edge_on, free_target
 from birdstrike.solver.simulate import simulate
-from tests.solver.target.test_mesh_file import MESH, table_with
+from tests.solver.target.test_mesh_file import MESH, PART, table_with, written
 from tests.solver.target.triangles import abaqus_file
 
 SKIN = MESH.part == 0
@@ -148,6 +148,47 @@ def test_a_struck_part_away_from_the_aim_is_told_with_the_origin_that_meets_it(t
     assert "lies 60 mm away from the point that the bird is aimed at" in said
     assert "set target.origin to a point of the part, nearest (0 mm, 0 mm, -60 mm)" in said
     assert aimed_off(load_case(table_with(path, origin=["0 mm", "0 mm", "-60 mm"]))) == []
+
+
+@pytest.mark.parametrize("command", [check, simulate])
+def test_sensors_off_a_target_that_lies_off_its_origin_are_told_with_this_cause_first(tmp_path, command):
+    path = written(tmp_path / "panel.inp", MESH.nodes - [0.0, 0.0, 0.06])
+    with pytest.raises(UserError) as caught:
+        command(load_case(table_with(path)))
+    cause, *sensors = caught.value.errors
+    assert "lies 60 mm away from the point that the bird is aimed at" in cause
+    assert "nearest (0 mm, 0 mm, -60 mm) in the file's axes" in cause
+    assert len(sensors) == 4
+    assert all("off the target's shells" in text for text in sensors)
+
+
+def rib(path: Path) -> dict[str, Any]:
+    """A case with a rib of 200 x 60 x 3 mm that stands upright, its foot held, struck on its upper edge."""
+    lines = [f"{7 * j + k + 1}, 0., {20 * j - 100}, {-10 * k}" for j in range(11) for k in range(7)]
+    shells = [(7 * j + k + 1, 7 * j + k + 8, 7 * j + k + 9, 7 * j + k + 2) for j in range(10) for k in range(6)]
+    numbered = [f"{i + 1}, {', '.join(map(str, quad))}" for i, quad in enumerate(shells)]
+    foot = [str(7 * j + 7) for j in range(11)]
+    path.write_text("\n".join(["*NODE", *lines, "*ELEMENT, TYPE=S4, ELSET=rib", *numbered, "*NSET, NSET=foot", *foot]))
+    table = table_with(path, mesh_unit="mm", parts={"rib": PART}, supports={"foot": "clamped"})
+    table["bird"]["particles"], table["time"]["end"] = 300, "0.3 ms"
+    sideways = {"kind": "displacement", "point": ["0 mm"] * 3, "along": [1.0, 0.0, 0.0]}
+    table["sensors"] = {"u": sideways, "force": {"kind": "contact_force"}}
+    return table
+
+
+def test_a_rib_is_struck_on_its_edge_and_its_force_told_to_hang_on_the_particles(tmp_path, recwarn):
+    """A target without an extent of its own in plan: it was refused for a plate.length that no case has."""
+    table = rib(tmp_path / "rib.inp")
+    (said,) = edge_on(load_case(table))
+    assert "meets rib on an edge: particles 12.1 mm apart feel an edge of 3 mm as one of 15.1 mm" in said
+    assert edge_on(load_case(table | {"bird": table["bird"] | {"particles": 100000}})) == []
+    assert edge_on(load_case(table_with(panel(tmp_path), struck="stiffeners"))) == [], "the skin lies over them"
+    run = simulate(load_case(table))
+    assert max(run.channels["force"]) > 1e3
+    assert np.abs(run.channels["u"]).max() < 1e-9, "the strike is symmetric"
+    assert run.summary["momentum_error"] < 1e-10
+    assert not any("too coarse" in text for text in run.summary["warnings"])
+    assert not [one for one in recwarn if one.category is RuntimeWarning]
 
 
 def test_a_free_rigid_body_is_told_whole_or_in_part(tmp_path):

@@ -412,6 +412,25 @@ def test_a_section_about_its_nodes_is_nothing_to_tell(tmp_path, lines):
     assert warnings(tmp_path / "m.k", keywords("*SECTION_SHELL", *lines)) == []
 
 
+@pytest.mark.parametrize("given", [f"{'R dx':10}{50.0:10.1f}{'I last':10}{10:10d}", "rDX, 50., i last, 10"])
+@pytest.mark.parametrize("included", [False, True])
+def test_parameters_stand_for_numbers(tmp_path, given, included):
+    (tmp_path / "given.k").write_text(f"*PARAMETER\n{given}\n*END\n")
+    head = ("*INCLUDE", "given.k") if included else ("*PARAMETER", given)
+    text = keywords("*SET_NODE", ten(5), ten(1, "&last")).replace("*NODE\n", "\n".join([*head, "*NODE", ""]))
+    text = text.replace(f"{50.0:16.6e}", f"{'&dx':>16}")
+    assert text.count("&dx") > 2
+    mesh = read(tmp_path / "m.k", text)
+    assert mesh.nodes == pytest.approx(1e-3 * np.array(NODES))
+    assert nodes_of(mesh, "set_5") == [1, 10]
+
+
+@pytest.mark.parametrize(("value", "use"), [("50.0", "&dx"), ("-50.0", "-&dx"), ("+50.0", "&DX")])
+def test_a_parameter_may_have_a_sign_before_it(tmp_path, value, use):
+    text = keywords("*PARAMETER", f"R dx, {value}").replace(f"{50.0:16.6e}", f"{use:>16}")
+    assert read(tmp_path / "m.k", text).nodes == pytest.approx(1e-3 * np.array(NODES))
+
+
 def test_a_keyword_file_s_included_one_is_read(tmp_path):
     (tmp_path / "sets.k").write_text("*SET_NODE\n" + ten(5) + "\n" + ten(1) + "\n*END\n")
     more = ("*PART", "included spar", ten(8), "*INCLUDE", "se +", "ts.k", "")
@@ -432,6 +451,17 @@ def test_a_keyword_file_s_included_one_is_read(tmp_path):
             "has 7 lines, of 2",
         ),
         (keywords().replace("*NODE\n", "*NODE %\n"), "*NODE is in the I10 format (%)"),
+        (
+            keywords(
+                "*PARAMETER", "R dy, 50., C s, text", "*PARAMETER_EXPRESSION", "R dx, dy", "*SET_NODE", ten("&dx")
+            ),
+            '*SET_NODE: "&dx" in the line "&dx" is no parameter of the file; its parameters (R and I of '
+            "*PARAMETER): DY. Give it there by a number",
+        ),
+        (keywords("*PARAMETER", "R dx, 5., R DX, 6."), "*PARAMETER: DX is given twice, as 5. and as 6.; leave one"),
+        (keywords("*PARAMETER", "R dx, five"), '*PARAMETER: "five" in the line "R dx, five" is no number'),
+        (keywords("*PARAMETER", "dx, 5."), '*PARAMETER: "dx" in the line "dx, 5." is no R or I with a name'),
+        (keywords("*SET_NODE", ten(99999999999)), "is beyond 2147483647; renumber it"),
         (keywords().replace("*KEYWORD", "*KEYWORD LONG=Y"), "is no number"),
         (keywords("*NODE", f"{1:8d}{9.0:16.3f}{0.0:16.3f}{0.0:16.3f}"), "node 1 is given twice, at different places"),
     ],
