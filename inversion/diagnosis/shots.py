@@ -84,11 +84,6 @@ class Record:
         """(n,) number of the channel of every point."""
         return np.repeat(np.arange(len(self.traces)), [len(trace.values) for trace in self.traces])
 
-    @property
-    def noise_known(self) -> bool:
-        """Whether every channel's noise level is known independently of the fit."""
-        return all(trace.noise.known for trace in self.traces)
-
     def covariance(self) -> Array:
         """(n, n) of the measurement noise; channels are independent."""
         return np.asarray(block_diag(*(trace.covariance() for trace in self.traces)))
