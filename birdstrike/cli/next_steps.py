@@ -25,8 +25,8 @@ def set_again(settings: Iterable[str]) -> list[str]:
     return [word for setting in settings for word in ("--set", setting)]
 
 
-def record_here(sensors: Iterable[str], otherwise: str = "shot.csv") -> str:
-    """The only measured-data CSV of the current folder whose channels the case has; else a name that stands for it."""
+def record_here(sensors: Iterable[str]) -> str:
+    """The only measured-data CSV of the current folder whose channels the case has; else "shot.csv" stands for it."""
     from birdstrike.data.curves import read_measured
     from birdstrike.data.errors import UserError
 
@@ -39,7 +39,7 @@ def record_here(sensors: Iterable[str], otherwise: str = "shot.csv") -> str:
                 found.append(str(path))
         except (UserError, OSError):
             continue
-    return found[0] if len(found) == 1 else otherwise
+    return found[0] if len(found) == 1 else "shot.csv"
 
 
 def case_here(channels: Iterable[str]) -> str | None:

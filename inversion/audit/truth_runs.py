@@ -74,7 +74,6 @@ def make_experiments(
     *,
     forms: bool = False,
     wanted: tuple[Layout, ...] = (),
-    progress: Callable[[float], None] = lambda _: None,
 ) -> list[str]:
     """Write the experiments of `count` truths into `folder`, those that are there already left alone; their names.
 
@@ -95,7 +94,6 @@ def make_experiments(
                 rng = np.random.default_rng([seed, number, int(forms), i])
                 _write(folder, name, case, drawn, layout, columns, rng, stem)
         found += names
-        progress((number + 1) / count)
     return found
 
 

@@ -651,6 +651,7 @@ def _mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, A
     return mean, within + np.einsum("i,ij,ik->jk", weights, spread, spread)
 
 
+CREDIBLE = 0.95  # of the probability
 COARSE = 0.01
 """Of the evidence that an effect gains: by how much it would err if a tenth of its signature were wrong in a way that
 nothing here knows of. Other simulations of a clamp that had gone altogether moved it by 1.7 %."""
@@ -674,12 +675,12 @@ def probabilities(found: Mapping[str, Evidence]) -> dict[str, float]:
     return dict(zip(found, map(float, softmax(scores)), strict=True))
 
 
-def credible_set(shares: Mapping[str, float], level: float = 0.95) -> tuple[str, ...]:
-    """The likeliest models that together hold `level`."""
+def credible_set(shares: Mapping[str, float]) -> tuple[str, ...]:
+    """The likeliest models that together hold 95 %."""
     chosen, held = [], 0.0
     for name in sorted(shares, key=lambda n: -shares[n]):
         chosen.append(name)
         held += shares[name]
-        if held >= level:
+        if held >= CREDIBLE:
             break
     return tuple(chosen)

@@ -16,6 +16,7 @@ from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 
 STEP = 1e-3  # of a range: for the derivative of a parameter's scale
+MOST_ALIKE = 3  # effects that are named beside one
 POWER, ALPHA = 0.8, 0.05
 SIGNAL = float(norm.ppf(1.0 - ALPHA / 2.0) + norm.ppf(POWER))  # of a two-sided test
 
@@ -64,8 +65,8 @@ def absorbed(ranking: Ranking) -> dict[str, float]:
     return {label: float(np.clip(s, 0.0, 1.0)) for label, s in zip(labels, shares, strict=True)}
 
 
-def collinear(ranking: Ranking, most: int = 3) -> dict[str, dict[str, float]]:
-    """Effect -> those most like it, with the cosine of the signatures once parameters have taken their part.
+def collinear(ranking: Ranking) -> dict[str, dict[str, float]]:
+    """Effect -> the three most like it, with the cosine of the signatures once parameters have taken their part.
 
     Of effects that a sensor shows.
     """
@@ -77,7 +78,7 @@ def collinear(ranking: Ranking, most: int = 3) -> dict[str, dict[str, float]]:
     found: dict[str, dict[str, float]] = {}
     for i, label in enumerate(labels):
         order = [j for j in np.argsort(-np.abs(cosine[i])) if j != i and labels[j].split(".")[0] != label.split(".")[0]]
-        found[label] = {labels[j]: float(np.clip(cosine[i, j], -1.0, 1.0)) for j in order[:most]}
+        found[label] = {labels[j]: float(np.clip(cosine[i, j], -1.0, 1.0)) for j in order[:MOST_ALIKE]}
     return found
 
 
