@@ -58,6 +58,15 @@ class Dataset(Displayed):
         low, high, unit = self.decades[self.names[i]]
         return low * (high / low) ** value, unit
 
+    def named(self, theta: Array) -> dict[str, float]:
+        """Parameters (k,) SI by their dotted case keys."""
+        return dict(zip(self.names, map(float, theta), strict=True))
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Dotted case key -> the parameter's range, SI."""
+        return {name: (float(a), float(b)) for name, a, b in zip(self.names, self.lows, self.highs, strict=True)}
+
     def scaled(self) -> Array:
         """Parameters mapped to 0..1 over their ranges, (n, k)."""
         return (self.parameters - self.lows) / (self.highs - self.lows)

@@ -112,7 +112,7 @@ def invert(
     if "emulator" in methods:
         proposals["emulator"] = by_emulator(located.calibration)
     posterior = located.calibration.posterior
-    verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
+    verified = verify_all(dataset, proposals, forward, lambda f: report(0.3 + 0.7 * f))
     tested = verified if "emulator" in verified else {**verified, **_run_at_the_fit(located, forward)}
     predictive = emulator_or_model(located.prior_predictive, _solver_error(located, tested), _q2(located.emulator))
     if predictive.coarse:
@@ -125,7 +125,7 @@ def invert(
     inversion = Inversion(
         methods=answers,
         best=best(answers),
-        ranges={n: (float(a), float(b)) for n, a, b in zip(dataset.names, dataset.lows, dataset.highs, strict=True)},
+        ranges=dataset.ranges,
         design=located.calibration.design,
         runs_used=len(dataset.runs),
         time_offset=located.origin,
@@ -174,14 +174,14 @@ def train_network(
 
 
 def verify_all(
-    names: tuple[str, ...], proposals: Mapping[str, Proposal], forward: Forward, progress: Progress
+    dataset: Dataset, proposals: Mapping[str, Proposal], forward: Forward, progress: Progress
 ) -> dict[str, VerificationRun]:
     """Run the forward model at every answer; raises RunFailed when none finishes."""
     verified: dict[str, VerificationRun] = {}
     for method, proposal in proposals.items():
-        theta = {name: float(value) for name, value in zip(names, proposal.theta, strict=True)}
         before = len(verified)
-        verified[method] = verify(watched(forward, lambda f, n=before: progress((n + f) / len(proposals))), theta)
+        part = watched(forward, lambda f, n=before: progress((n + f) / len(proposals)))
+        verified[method] = verify(part, dataset.named(proposal.theta))
         progress((before + 1) / len(proposals))
     if all(v.histories is None for v in verified.values()):
         raise RunFailed("no verification run finished: " + "; ".join(f"{m}: {v.failure}" for m, v in verified.items()))
@@ -220,8 +220,7 @@ def _run_at_the_fit(located: Located, forward: Forward) -> dict[str, Verificatio
     if inside and not any(poor(channel) for channel in channels):
         return {}
     theta = by_emulator(located.calibration).theta
-    names = located.calibration.dataset.names
-    return {"emulator": verify(forward, {name: float(v) for name, v in zip(names, theta, strict=True)})}
+    return {"emulator": verify(forward, located.calibration.dataset.named(theta))}
 
 
 def _solver_error(located: Located, verified: Mapping[str, VerificationRun]) -> float | None:

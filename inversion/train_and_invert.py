@@ -348,8 +348,7 @@ def _shot(
         said.append("what the mesh correction leaves uncertain")
 
     def columns(observations: Observations, mode: Mode) -> Array:
-        theta = {name: float(v) for name, v in zip(dataset.names, mode.theta, strict=True)}
-        parts = [nuisance_columns(solver, nuisances, theta, observations, mode.t0)]
+        parts = [nuisance_columns(solver, nuisances, dataset.named(mode.theta), observations, mode.t0)]
         parts += [discrepancy_columns(shares, observations)] if shares else []
         parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
         parts += [corrected.columns(observations, mode)] if corrected else []

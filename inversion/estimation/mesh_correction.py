@@ -297,7 +297,7 @@ def correct_campaign(
     for i, row in enumerate(chosen):
         part = watched(fine, lambda f, i=i: progress((i + f) / len(chosen)))
         try:
-            found = part(dict(zip(dataset.names, map(float, dataset.parameters[row]), strict=True)))
+            found = part(dataset.named(dataset.parameters[row]))
         except RunFailed as reason:
             failure = str(reason)
             continue

@@ -57,7 +57,7 @@ def refine(
         reason = _enough(located, errors[-1], shares[-1], auto)
         if reason or len(added) == budget:
             break
-        theta = {name: float(v) for name, v in zip(dataset.names, next_point(located, options.seed), strict=True)}
+        theta = dataset.named(next_point(located, options.seed))
         try:
             dataset = with_run(dataset, theta, forward(theta))
         except RunFailed as failure:

@@ -133,7 +133,7 @@ class ModelRuns:
         )
 
         def columns(observations: Observations, mode: Mode) -> Array:
-            parts = [nuisances.columns(observations, mode, dataset.names)]
+            parts = [nuisances.columns(observations, mode, dataset)]
             parts += [discrepancy_columns(shares, observations)] if shares else []
             return np.hstack(parts)
 
@@ -161,7 +161,7 @@ class ModelRuns:
         return dataset, emulator, added
 
     def _with_points(self, dataset: Dataset, points: Array, joint: Forward, said: list[str]) -> Dataset:
-        thetas = [dict(zip(dataset.names, map(float, row), strict=True)) for row in points]
+        thetas = [dataset.named(row) for row in points]
         self.together([self.scale.values(theta) for theta in thetas])
         for theta in thetas:
             try:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.linalg import block_diag
 
+from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.diagnosis.discrepancy import UNSEEN, started
 from birdstrike.inversion.estimation.calibration import Mode
@@ -26,10 +27,10 @@ class NuisanceRuns:
         self.solver, self.nuisances = solver, nuisances
         self.pairs: list[tuple[Histories, Histories]] | None = None
 
-    def columns(self, observations: Observations, mode: Mode, names: Sequence[str]) -> Array:
+    def columns(self, observations: Observations, mode: Mode, dataset: Dataset) -> Array:
         """(n, s) change of the stacked curve for one sigma of each."""
         if self.pairs is None:
-            theta = dict(zip(names, map(float, mode.theta), strict=True))
+            theta = dataset.named(mode.theta)
             self.pairs = [
                 (
                     self.solver({**theta, own.key: own.value + own.sigma}),

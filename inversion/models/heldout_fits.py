@@ -55,7 +55,7 @@ class HeldOutFits:
             columns = with_discrepancy(joint.columns, self.discrepancy.only(rest), self.share)
             own = replace(self.emulator, channels=channels)
             found = locate(joint.dataset, joint.measured, joint.options, own, silent, columns)
-            thetas.append(dict(zip(self.dataset.names, map(float, found.calibration.modes[0].theta), strict=True)))
+            thetas.append(self.dataset.named(found.calibration.modes[0].theta))
         self.runs.simulated(zip(self.runs.cases, thetas, strict=True))
         answers = {}
         for setup, shot, theta, (t0, _) in zip(self.runs.setups, self.shots, thetas, self.origins, strict=True):
@@ -74,7 +74,7 @@ class HeldOutFits:
             inside = (record.time >= low) & (record.time < high)
             left = {name: np.where(inside, np.nan, values) for name, values in record.channels.items()}
             found = locate(self.dataset, replace(record, channels=left), shot.options, self.emulator, silent, columns)
-            thetas.append(dict(zip(self.dataset.names, map(float, found.calibration.modes[0].theta), strict=True)))
+            thetas.append(self.dataset.named(found.calibration.modes[0].theta))
         self.runs.simulated([(case, theta) for theta in thetas])
         together: dict[str, tuple[float, ...]] = {}
         for theta, low, high in zip(thetas, edges[:-1], edges[1:], strict=True):

@@ -103,8 +103,7 @@ class NearestFinished:
                 "the nearest that finished, stands in for it, so that the errors are those of its constants; change "
                 "what the solver asks for, or narrow the ranges: inversion.models"
             )
-            found = dict(zip(self.dataset.names, map(float, self.dataset.parameters[nearest]), strict=True))
-            return self.forward(found)
+            return self.forward(self.dataset.named(self.dataset.parameters[nearest]))
 
     def watched(self, progress: Progress) -> NearestFinished:
         """The same with its progress reported."""
