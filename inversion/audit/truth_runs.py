@@ -36,6 +36,7 @@ from birdstrike.inversion.audit.draws import (
     sensor_of,
 )
 from birdstrike.inversion.audit.records import CURVES, TRUTH, Truth, curves_text, truth_text
+from birdstrike.inversion.diagnosis.instrument import able_sensors
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.write import case_toml
 
@@ -152,7 +153,7 @@ def _drifts(case: Case, drawn: Drawn, role: str) -> dict[str, float]:
     for label, value in drawn.effects.items():
         if name_of(label) == "sensor_drift":
             sensor = sensor_of(label)
-            those = [sensor] if sensor else [n for n, s in case.sensors.items() if s.kind == "displacement"]
+            those = (sensor,) if sensor else able_sensors("sensor_drift", case, case.sensors)
             found.update(dict.fromkeys(those, value))
     return found
 
