@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, read_histories, read_measured, refuse_twice, write_histories
+from birdstrike.data.curves import Measured, as_measured, read_histories, refuse_twice, write_histories
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.paths import resolve_measured
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.results import load_dataset
@@ -41,7 +40,7 @@ from birdstrike.inversion.invert import TRAINING_FILE, InversionOutcome, invert
 from birdstrike.inversion.observations.filters import FilteredForward, filtered_dataset, filtered_record
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.case import Case, as_case, case_hash
 from birdstrike.solver.case.settings import NUISANCE
 from birdstrike.solver.case.write import copy_case
 from birdstrike.surrogate.files import save_emulator, save_network
@@ -313,8 +312,7 @@ def _shot(
 ) -> Shot:
     """A record with the campaign of its case."""
     dataset, base, campaign = _campaign(folders, case)
-    read = record if isinstance(record, Measured) else read_measured(resolve_measured(record))
-    read = read.only(more.channels)
+    read = as_measured(record).only(more.channels)
     stores = tuple(RunStore(folder / "runs") for folder in folders)
     if more.filter:
         dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
@@ -376,7 +374,7 @@ def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Ca
     """The campaign that was run for a case, and its folder; raises UserError when none was."""
     datasets = [load_dataset(folder) for folder in folders]
     if case is not None and len(folders) > 1:
-        given = case if isinstance(case, Case) else load_case(case)
+        given = as_case(case)
         for folder, dataset in zip(folders, datasets, strict=True):
             if case_hash(given) == dataset.case_hash:
                 return dataset, campaign_case(folder, dataset, given), folder
@@ -385,7 +383,7 @@ def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Ca
 
 def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -> Case:
     """The case that the campaign varied; raises UserError when the given one is another."""
-    given = case if isinstance(case, Case) else load_case(doe / "case.toml" if case is None else case)
+    given = as_case(doe / "case.toml" if case is None else case)
     if case_hash(given) == dataset.case_hash:
         if other := CampaignFolder(doe).other_sources(given):
             warnings.warn(

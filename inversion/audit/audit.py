@@ -24,7 +24,7 @@ from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
 from birdstrike.inversion.audit.truth_runs import layouts, make_experiments
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, quiet, uncounted
-from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.case import Case, as_case, case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION
 
 CASE = "audit_strike"
@@ -76,7 +76,7 @@ def audit(
         raise UserError(f"--experiments {folder} and --make exclude each other: truths are made in --out")
     made = place / "experiments"
     if make or forms:
-        declared = case if isinstance(case, Case) else load_case(case)
+        declared = as_case(case)
         wanted = tuple(one for one in layouts(declared) if _fits(len(one.channels), one.shots, channels, shots))
         with Simulations(place / "truths", (), choice.workers, retry=choice.retry) as simulations:
             for count, other in ((make, False), (forms, True)):

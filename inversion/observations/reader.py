@@ -90,7 +90,7 @@ class Expected:
         uncertain = spare + FARTHEST_ORIGIN * case.inversion.nuisance.get("time_offset", 0.0)
         units = {name: sensor.unit for name, sensor in case.sensors.items()}
         noise = {name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise}
-        return cls(units, 0.0, end - spare, case.first_contact - uncertain, noise)
+        return cls(units, 0.0, end - spare, case.first_contact - uncertain, noise, f"case {case.name}")
 
     @classmethod
     def of_campaign(cls, dataset: Dataset, noise: Mapping[str, float], time_offset: float = 0.0) -> Expected:
