@@ -67,6 +67,11 @@ class Dataset(Displayed):
         """Dotted case key -> the parameter's range, SI."""
         return {name: (float(a), float(b)) for name, a, b in zip(self.names, self.lows, self.highs, strict=True)}
 
+    def nearest(self, theta: Array) -> int:
+        """Row of the run whose parameters lie nearest to theta (k,) SI, as shares of the ranges."""
+        apart = (self.parameters - theta) / (self.highs - self.lows)
+        return int(np.argmin((apart**2).sum(axis=1)))
+
     def scaled(self) -> Array:
         """Parameters mapped to 0..1 over their ranges, (n, k)."""
         return (self.parameters - self.lows) / (self.highs - self.lows)

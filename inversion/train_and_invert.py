@@ -331,11 +331,7 @@ def _shot(
     bands = _bands(more.mesh) if more.mesh else None
     if more.mesh:
         said.append(f"the mesh's uncertainty from {more.mesh}")
-    own = replace(
-        options,
-        noise={name: sensor.noise for name, sensor in base.sensors.items() if sensor.noise},
-        time_offset=base.inversion.nuisance.get("time_offset", 0.0),
-    )
+    own = options.of_case(base)
     corrected, verifier = None, None
     if more.mesh_correction:
         refuse_uncorrectable(dataset, read, base, own)

@@ -28,6 +28,7 @@ from birdstrike.inversion.observations.plausibility import implausible
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive, prior_predictive_warning
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.ingredients import DesignFigures
+from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from birdstrike.surrogate.inverse_network import HIDDEN, usual_copies
 
@@ -62,6 +63,16 @@ class InversionOptions:
     def noisy_copies(self) -> int:
         """Copies of every training run."""
         return usual_copies(self.trainer, self.outputs) if self.copies is None else self.copies
+
+    @property
+    def fit_alone(self) -> InversionOptions:
+        """The same for the emulator's best fit alone, without a network, a posterior or an analysis."""
+        return replace(self, method="emulator", sampling=None, analyse=False)
+
+    def of_case(self, case: Case) -> InversionOptions:
+        """The same with the noise and the time origin that a case states."""
+        noise = {name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise}
+        return replace(self, noise=noise, time_offset=case.inversion.nuisance.get("time_offset", 0.0))
 
     def methods(self) -> tuple[str, ...]:
         """The methods asked for; raises UserError."""

@@ -142,9 +142,9 @@ def _start(
     sigma, found = density.calibrator.sigma, []
     while len(found) < walkers:
         mode = modes[len(found) % len(modes)]
-        tau = mode.t0 / sigma if sigma else 0.0
         units = np.append(np.ones(len(mode.z)), 1.0 / sigma if sigma else 0.0)
-        p = np.append(mode.z, tau) + WIDER * np.sqrt(np.diag(mode.covariance)) * units * rng.normal(size=len(units))
+        centre = np.append(mode.z, density.calibrator.tau(mode))
+        p = centre + WIDER * np.sqrt(np.diag(mode.covariance)) * units * rng.normal(size=len(units))
         p[:-1] = _reflected(p[:-1], mode.box.lows, mode.box.highs)
         p[-1] = np.clip(p[-1], density.taus[0], density.taus[-1])
         if density.allowed(p[None, :-1], p[-1:])[0]:

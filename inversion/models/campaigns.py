@@ -122,15 +122,7 @@ class ModelRuns:
         solver = ScaledForward(stored, self.scale)
         nuisances = NuisanceRuns(solver, case_nuisances(case))
         shares = stated_discrepancy(case, setup.measured.channels, None)
-        options = InversionOptions(
-            method="emulator",
-            seed=self.options.seed,
-            noise={name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise},
-            time_offset=case.inversion.nuisance.get("time_offset", 0.0),
-            sampling=None,
-            analyse=False,
-            more_runs="--runs N",
-        )
+        options = InversionOptions(seed=self.options.seed, more_runs="--runs N").fit_alone.of_case(case)
 
         def columns(observations: Observations, mode: Mode) -> Array:
             parts = [nuisances.columns(observations, mode, dataset)]
@@ -198,11 +190,6 @@ class ModelRuns:
             entries = CampaignFolder(self.folder / setup.name).read_summary().get("runs", [])
             found[setup.name] = max((float(e.get("eroded_mass_fraction") or 0.0) for e in entries), default=0.0)
         return found
-
-
-def verified(shot: Shot) -> Forward:
-    """The model of a shot that verifies answers."""
-    return shot.verifier or shot.forward
 
 
 def _good_enough(calibrator: Calibrator, mode: Mode) -> bool:

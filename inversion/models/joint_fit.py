@@ -27,7 +27,7 @@ from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.forward import StoredSolver
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import InversionOutcome, invert
-from birdstrike.inversion.models.campaigns import ModelRuns, silent, verified
+from birdstrike.inversion.models.campaigns import ModelRuns, silent
 from birdstrike.inversion.models.candidates import literature_values
 from birdstrike.inversion.models.combinations import combinations
 from birdstrike.inversion.models.error_terms import Discrepancy, with_discrepancy
@@ -192,7 +192,7 @@ class ModelFit:
         if answer.combination is not None:
             theta = dict(answer.combination.point)
         moved = [(outcome.inversion.time_offset.value, True), *origins[1:]]
-        runs = [verified(shot)(theta) for shot in shots]
+        runs = [shot.verified_by(theta) for shot in shots]
         self._written("calibrated", runs, moved)
         found = self._errors(shots, moved, runs)
         return {name: one for name, one in found.items() if one is not None}

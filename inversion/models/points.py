@@ -27,11 +27,7 @@ def near_answer(located: Located, points: int, seed: int) -> Array:
     found = []
     for i in range(points):
         mode = modes[i % len(modes)]
-        if i < len(modes):
-            z = mode.z
-        else:
-            root = np.linalg.cholesky(mode.covariance[:-1, :-1] + 1e-12 * np.eye(r))
-            z = mode.z + WIDER * root @ spread[i]
+        z = mode.z if i < len(modes) else mode.z + WIDER * mode.root @ spread[i]
         found.append(coordinates.theta(np.clip(z, mode.box.lows, mode.box.highs), mode.box))
     return np.array(found)
 

@@ -95,8 +95,7 @@ class NearestFinished:
             return self.forward(theta)
         except RunFailed as failure:
             place = np.array([theta[name] for name in self.dataset.names])
-            apart = (self.dataset.parameters - place) / (self.dataset.highs - self.dataset.lows)
-            nearest = int(np.argmin((apart**2).sum(axis=1)))
+            nearest = self.dataset.nearest(place)
             number = int(self.dataset.runs[nearest])
             self.say(
                 f"the simulation at an answer failed ({failure}): run {number} of the campaign, "
