@@ -74,6 +74,13 @@ def principal(factor: Array) -> tuple[Array, Array]:
     return directions, s * s
 
 
+def factor_of(covariance: Array, least: float) -> Array:
+    """F (n, q) with F F^T = a covariance (n, n), but for directions of less than the share `least` of its variance."""
+    values, vectors = np.linalg.eigh(covariance)
+    kept = values > least * values.sum()
+    return vectors[:, kept] * np.sqrt(values[kept])
+
+
 def widened(observations: Observations, residual: ResidualCorrelation) -> Observations:
     """The observations with their noise enlarged by the residual's correlation and size."""
     raised = (replace(c, noise=c.noise * residual.widened[c.name]) for c in observations.channels)
