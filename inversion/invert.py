@@ -24,7 +24,7 @@ from birdstrike.inversion.estimation.time_origin import clock_drift
 from birdstrike.inversion.estimation.verification import VerificationRun, channel_scores, overall, verify
 from birdstrike.inversion.forward import Forward, Progress, watched
 from birdstrike.inversion.identifiability.summary import identifiability_figures, posterior_figures
-from birdstrike.inversion.misfit import whitened
+from birdstrike.inversion.misfit import finite, rms, whitened
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.observations.prior_predictive import (
     emulator_or_model,
@@ -275,14 +275,14 @@ def best(answers: Mapping[str, Answer]) -> str | None:
 
 def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array], copies: int = 0) -> TrainingFigures:
     """How the network was trained; read: the instants it reads, on the record's clock; copies: of every run, noisy."""
-    training, test_mse = fit.training, float(fit.training.test_mse[-1])
+    training = fit.training
     return TrainingFigures(
         trainer=training.trainer,
         shape=str(fit.network.shape),
         epochs=training.epochs,
         goal=Settings().goal,
         mse=float(training.mse.min()),
-        test_mse=test_mse if np.isfinite(test_mse) else None,
+        test_mse=finite(fit.training.test_mse[-1]),
         history=TRAINING_FILE,
         status=training.status,
         holdout=f"{describe(len(dataset.runs))}; {describe_times(read)}",
@@ -295,13 +295,13 @@ def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array
 
 def emulator_figures(emulator: Emulator, dataset: Dataset) -> EmulatorFigures:
     """Leave-one-out figures of every channel and the runs that were left out."""
-    q2 = {name: _known(curve.validation.q2) for name, curve in emulator.channels.items()}
+    q2 = {name: finite(curve.validation.q2) for name, curve in emulator.channels.items()}
     standardised = {name: curve.validation.standardised for name, curve in emulator.channels.items()}
     return EmulatorFigures(
         components={name: len(curve.processes) for name, curve in emulator.channels.items()},
         q2=q2,
         loo_rmse={name: curve.validation.rmse for name, curve in emulator.channels.items()},
-        standardised_rms={n: float(np.sqrt(np.mean(s**2))) if s.size else None for n, s in standardised.items()},
+        standardised_rms={n: rms(s) if s.size else None for n, s in standardised.items()},
         runs_left_out=tuple(int(run) for run in dataset.runs if int(run) not in emulator.runs),
     )
 
@@ -313,7 +313,7 @@ def measured_figures(measured: Measured, observations: Observations) -> Measured
         provenance=tuple(measured.provenance),
         simulated=measured.simulated,
         points={c.name: len(c.times) for c in observations.channels},
-        noise={c.name: float(np.sqrt(np.mean(c.noise**2))) for c in observations.channels},
+        noise={c.name: rms(c.noise) for c in observations.channels},
         noise_source={c.name: c.noise_source for c in observations.channels},
         cuts={c.name: _cuts(c.record) for c in observations.channels if c.record is not None and _cuts(c.record)},
         at_rest={c.name: rest for c in observations.channels if (rest := _at_rest(c.record)) is not None},
@@ -333,7 +333,3 @@ def _at_rest(record: ChannelRecord | None) -> RestFigures | None:
     value = float(own.at(np.array([own.middle]))[0])
     terms = tuple(map(float, own.coefficients))
     return RestFigures(own.kind, value, own.interval(own.middle), own.middle, own.frequency, terms)
-
-
-def _known(value: float) -> float | None:
-    return value if np.isfinite(value) else None

@@ -20,6 +20,7 @@ from birdstrike.inversion.diagnosis.ranking import Fit, Problem, each
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Record, Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, build
+from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
 
 BLOCK = (0.45, 0.75)  # of the record: a stretch behind the peak, long beside the discrepancy's correlation time
@@ -240,10 +241,7 @@ def carried(shot: Shot, histories: Histories) -> Array:
 
 def rms_by_channel(shot: Shot, residual: Array) -> dict[str, float]:
     """channel -> RMS of a residual (n,), SI."""
-    return {
-        trace.name: float(np.sqrt(np.mean(residual[shot.record.channel == i] ** 2)))
-        for i, trace in enumerate(shot.record.traces)
-    }
+    return {trace.name: rms(residual[shot.record.channel == i]) for i, trace in enumerate(shot.record.traces)}
 
 
 def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, first: Shot) -> Held:

@@ -25,6 +25,7 @@ from birdstrike.inversion.diagnosis.responses import Change, Response
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, stack
 from birdstrike.inversion.diagnosis.shots import Shot, setups_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
+from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
 
 MOST = 4  # effects brought up to date in one round; the next takes those that are within reach then
@@ -95,7 +96,7 @@ def _misfit(shot: Shot, problem: Problem, fit: Fit) -> float:
     """RMS of what a fit without an effect leaves of a shot, over all errors."""
     mean, sd = expected_residual(shot, problem, NOTHING, fit)
     left = shot.record.values - predicted(shot, NOTHING, fit.places.z[shot.group], {}) - mean
-    return float(np.sqrt(np.mean((left / sd) ** 2)))
+    return rms(left / sd)
 
 
 def with_runs(setup: Setup, problem: Problem, near: NearFits, count: int, seed: int, simulations: Simulations) -> Setup:

@@ -16,6 +16,7 @@ from scipy.signal import correlate
 from scipy.stats import chi2
 
 from birdstrike.data.histories import Array
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.fit import ResidualCorrelation
 
@@ -94,7 +95,7 @@ def residual_correlation(observations: Observations, residual: Array) -> Residua
     """
     parts = observations.split(residual)
     tau = {name: autocorrelation_time(part) for name, part in parts.items()}
-    fit = {name: float(np.sqrt(np.mean(part**2))) for name, part in parts.items()}
+    fit = {name: rms(part) for name, part in parts.items()}
     widened = {name: _factor(tau[name], fit[name], len(part)) for name, part in parts.items()}
     return ResidualCorrelation(tau, fit, widened)
 

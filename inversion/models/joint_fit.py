@@ -27,6 +27,7 @@ from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.forward import StoredSolver
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import InversionOutcome, invert
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.models.campaigns import ModelRuns, silent
 from birdstrike.inversion.models.candidates import literature_values
 from birdstrike.inversion.models.combinations import combinations
@@ -121,7 +122,7 @@ class ModelFit:
                 for i, setup in enumerate(self.runs.setups)
             },
             "noise": {
-                setup.name: {c.name: float(np.sqrt(np.mean(np.square(c.noise)))) for c in yardstick(shot).channels}
+                setup.name: {c.name: rms(c.noise) for c in yardstick(shot).channels}
                 for setup, shot in zip(self.runs.setups, shots, strict=True)
             },
         }

@@ -14,6 +14,7 @@ from scipy.stats import f as f_distribution
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.baseline import Baseline, baseline_of, hum_of, terms
 from birdstrike.inversion.observations.high_frequency import ROUNDED, digitiser_step
 
@@ -53,7 +54,7 @@ class Noise:
     @property
     def level(self) -> float:
         """Typical standard deviation, SI."""
-        return float(np.sqrt(np.mean(self.sigma**2)))
+        return rms(self.sigma)
 
     def at(self, kept: np.ndarray) -> Noise:
         """Of some of the points."""
@@ -210,7 +211,7 @@ class Stated:
     @property
     def at_rest(self) -> float:
         """Root mean square of what is stated before contact, SI."""
-        return float(np.sqrt(np.mean(self.column[self.early] ** 2))) if self.column is not None else self.case or 0.0
+        return rms(self.column[self.early]) if self.column is not None else self.case or 0.0
 
 
 def channel_noise(

@@ -16,6 +16,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
+from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
 
@@ -153,10 +154,7 @@ def amplitudes(
         for name, error in shot.errors.items():
             size = stated[name] if name in stated else float(np.sqrt(error.excess(label)))
             sizes.setdefault(error.kind, []).append(max(size, remainder(error.kind)))
-    shared = {
-        kind: float(np.sqrt(np.mean(np.square(own)))) * KNOWN_TO ** rng.standard_normal(n)
-        for kind, own in sizes.items()
-    }
+    shared = {kind: rms(own) * KNOWN_TO ** rng.standard_normal(n) for kind, own in sizes.items()}
     return shared, {kind: np.full(n, remainder(kind)) for kind in sizes}
 
 
