@@ -220,7 +220,7 @@ def stages(plan: LoopPlan) -> tuple[Stage, ...]:
 
 def _campaign_unfinished(plan: LoopPlan) -> bool:
     """Whether the machine ended runs of the campaign, or runs have failed and the user asks for a retry."""
-    from birdstrike.doe.campaign.folder import read_json
+    from birdstrike.data.files import read_json
 
     if plan.adopted:
         return False
@@ -387,7 +387,7 @@ def _report(plan: LoopPlan, progress: Progress) -> None:
 
 def conclude(plan: LoopPlan) -> dict[str, Any]:
     """Findings, figures and paths, noted in the ledger and returned with the stages."""
-    from birdstrike.doe.campaign.folder import read_json
+    from birdstrike.data.files import read_json
     from birdstrike.reports.results.findings import findings, key_figures
     from birdstrike.reports.results.parts import find_parts
     from birdstrike.reports.results.reading import read_results
