@@ -109,8 +109,4 @@ class Dataset(Displayed):
 
     def draw(self) -> tuple[partial[Axes], ...]:
         """The first channels."""
-        return tuple(partial(_plotted, self.plot, name) for name in list(self.curves)[:3])
-
-
-def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
-    return plot(name, axes)
+        return tuple(partial(self.plot, name) for name in list(self.curves)[:3])

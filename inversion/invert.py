@@ -22,7 +22,7 @@ from birdstrike.inversion.estimation.posterior import Posterior
 from birdstrike.inversion.estimation.proposal import Proposal, by_emulator, by_network, too_coarse
 from birdstrike.inversion.estimation.time_origin import clock_drift
 from birdstrike.inversion.estimation.verification import VerificationRun, channel_scores, overall, verify
-from birdstrike.inversion.forward import Forward, Progress, watched
+from birdstrike.inversion.forward import Forward, Progress, silent, watched
 from birdstrike.inversion.identifiability.summary import identifiability_figures, posterior_figures
 from birdstrike.inversion.misfit import finite, rms, whitened
 from birdstrike.inversion.observations.observations import Observations
@@ -95,7 +95,7 @@ def invert(
     RunFailed
         When no verification run finishes.
     """
-    choice, report = options or InversionOptions(), progress or _silent
+    choice, report = options or InversionOptions(), progress or silent
     methods = choice.methods()
     located = locate(dataset, measured, choice, emulator, lambda f: report(0.2 * f), columns)
     warnings, proposals, network, training = list(located.warnings), {}, None, None
@@ -261,10 +261,6 @@ def _left_out_error(emulator: CurveEmulator) -> float:
 
 def _q2(emulator: Emulator) -> dict[str, float | None]:
     return {name: curve.validation.q2 for name, curve in emulator.channels.items()}
-
-
-def _silent(_: float) -> None:
-    """Nobody watches the progress."""
 
 
 def best(answers: Mapping[str, Answer]) -> str | None:

@@ -34,7 +34,7 @@ from birdstrike.inversion.estimation.refinement import AUTO, refine
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
 from birdstrike.inversion.estimation.verification import write_verification
 from birdstrike.inversion.formatting import quantity
-from birdstrike.inversion.forward import Forward, Progress, StoredSolver
+from birdstrike.inversion.forward import Forward, Progress, StoredSolver, silent
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import TRAINING_FILE, InversionOutcome, invert
 from birdstrike.inversion.observations.filters import FilteredForward, filtered_dataset, filtered_record
@@ -160,7 +160,7 @@ def train_and_invert(
     if more.mesh_correction:
         _refuse_second_mesh(more, forward)
     pairs = _with_cases(_listed(measured), cases)
-    report, share = progress or (lambda _: None), 0.5 if more.mesh_correction else 0.0
+    report, share = progress or silent, 0.5 if more.mesh_correction else 0.0
     shots = [
         _shot(folders, *pair, folder, options, more, forward, retry, _share(report, i, len(pairs), share))
         for i, pair in enumerate(pairs)
@@ -207,7 +207,7 @@ def inverted(
     joint, scatter = Joint.alone(shots[0]), None
     if len(shots) > 1:
         joint, scatter = with_scatter(joined(shots))
-    report = progress or (lambda _: None)
+    report = progress or silent
     dataset, refinement, share = joint.dataset, None, 0.0
     if more.refine and _refinable(joint.options, more):
         share = 0.6

@@ -16,14 +16,14 @@ from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
 from birdstrike.doe.campaign.run import retry_before
-from birdstrike.doe.campaign.simulations import Simulations
+from birdstrike.doe.campaign.simulations import Simulations, uncounted
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.inversion.audit.answers import answered, code_digest
 from birdstrike.inversion.audit.records import Experiment, find_experiments, read_truth
 from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
 from birdstrike.inversion.audit.truth_runs import layouts, make_experiments
-from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, quiet, uncounted
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, quiet
 from birdstrike.solver.case.case import Case, as_case, case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION
 

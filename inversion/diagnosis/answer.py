@@ -250,12 +250,8 @@ class Diagnosis(Displayed):
     def draw(self) -> tuple[Any, ...]:
         """The probabilities, and the first channel where the curves are at hand."""
         curves = next(iter(self.curves.values()), {})
-        channels = [partial(_plotted, self.plot, name) for name in list(curves)[:1]]
+        channels = [partial(self.plot, name) for name in list(curves)[:1]]
         return (lambda axes: self.plot(axes=axes), *channels)
-
-
-def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
-    return plot(name, axes)
 
 
 def verdict_of(

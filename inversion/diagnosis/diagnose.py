@@ -21,7 +21,7 @@ from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, Diagnosis
 from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
 from birdstrike.inversion.diagnosis.evidence import AUTO, birds_apart
 from birdstrike.inversion.diagnosis.model_file import FILE
-from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, quiet, uncounted
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan, unpredictable
 from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
@@ -426,6 +426,3 @@ def case_text(found: Diagnosis, case: Case) -> str:
         head.append(f"This case has {model} in it, the likeliest; it is not attributed.")
     head.append("The calibrated parameters are the refitted ones; the effect stands under [effects] or [instrument].")
     return "".join(f"# {line}\n" for line in head) + case_toml(case, portable_table(case))
-
-
-__all__ = ["DiagnosisOptions", "diagnose", "quiet", "uncounted"]

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from birdstrike.doe.campaign.runner import RunCounts
-from birdstrike.doe.campaign.simulations import Simulations
+from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
 from birdstrike.inversion.diagnosis.answer import (
     AMBIGUOUS,
@@ -71,16 +70,10 @@ UPDATES = 3  # rounds of simulations at the fits: an edge that lets go bends the
 MOST_SHARES = 30  # models whose probabilities are listed
 
 Display = Callable[[str], AbstractContextManager[Callable[[float], None]]]
-Counter = Callable[[], AbstractContextManager[Callable[[RunCounts], None]]]
 
 
 def quiet(_: str) -> AbstractContextManager[Callable[[float], None]]:
     """No display."""
-    return nullcontext(lambda _: None)
-
-
-def uncounted() -> AbstractContextManager[Callable[[RunCounts], None]]:
-    """No bar of simulations."""
     return nullcontext(lambda _: None)
 
 

@@ -17,7 +17,7 @@ from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.likelihood import Likelihood
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.whitening import Whitening
-from birdstrike.inversion.forward import Forward
+from birdstrike.inversion.forward import Forward, silent
 from birdstrike.inversion.results.ingredients import RefinementFigures
 
 AUTO = "auto"
@@ -50,7 +50,7 @@ def refine(
     added, errors, shares = list[dict[str, float]](), list[float](), list[float]()
     choice = options.fit_alone
     while True:
-        located = locate(dataset, measured, choice, None, lambda _: None, columns)
+        located = locate(dataset, measured, choice, None, silent, columns)
         calibrator, mode = located.calibration.calibrator, located.calibration.modes[0]
         errors.append(emulator_error(calibrator, mode))
         shares.append(added_variance(calibrator, mode))

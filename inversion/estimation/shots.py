@@ -23,7 +23,7 @@ from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
-from birdstrike.inversion.forward import Forward, watched
+from birdstrike.inversion.forward import Forward, silent, watched
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.ingredients import MeshCorrectionFigures, ShotFigures
 from birdstrike.solver.case.case import Case
@@ -156,7 +156,7 @@ def with_scatter(joint: Joint) -> tuple[Joint, float]:
     costs = []
     for share in SCATTERS:
         columns = _amplitudes(joint.columns, share, emulator)
-        found = locate(joint.dataset, joint.measured, alone, emulator, lambda _: None, columns)
+        found = locate(joint.dataset, joint.measured, alone, emulator, silent, columns)
         costs.append(found.calibration.modes[0].cost)
     share = SCATTERS[int(np.argmin(costs))]
     return replace(joint, columns=_amplitudes(joint.columns, share, emulator)), share
@@ -183,7 +183,7 @@ def _amplitudes(columns: Columns | None, share: float, emulator: Emulator) -> Co
 
 def own_origin(shot: Shot) -> tuple[float, bool]:
     """A shot's own time origin [s], and whether its own model can make it."""
-    found = locate(shot.dataset, shot.measured, shot.options.fit_alone, None, lambda _: None, shot.columns)
+    found = locate(shot.dataset, shot.measured, shot.options.fit_alone, None, silent, shot.columns)
     return found.origin.value, found.prior_predictive.inside
 
 

@@ -27,7 +27,7 @@ from birdstrike.inversion.estimation.known_errors import case_nuisances, discrep
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
-from birdstrike.inversion.forward import Forward, StoredSolver
+from birdstrike.inversion.forward import Forward, StoredSolver, silent
 from birdstrike.inversion.models.candidates import Candidate, calibrated_case, literature_case, shared_keys
 from birdstrike.inversion.models.error_terms import NuisanceRuns
 from birdstrike.inversion.models.points import near_answer
@@ -199,7 +199,3 @@ def _good_enough(calibrator: Calibrator, mode: Mode) -> bool:
     far from most runs it is mostly want of runs, which more of them take away.
     """
     return emulator_error(calibrator, mode) < OF_THE_NOISE and added_variance(calibrator, mode) < PAYS
-
-
-def silent(_: float) -> None:
-    """Nobody watches."""

@@ -24,11 +24,11 @@ from birdstrike.inversion.estimation.locate import Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, own_origin, suffix
 from birdstrike.inversion.formatting import plain
-from birdstrike.inversion.forward import StoredSolver
+from birdstrike.inversion.forward import StoredSolver, silent
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import InversionOutcome, invert
 from birdstrike.inversion.misfit import rms
-from birdstrike.inversion.models.campaigns import ModelRuns, silent
+from birdstrike.inversion.models.campaigns import ModelRuns
 from birdstrike.inversion.models.candidates import literature_values
 from birdstrike.inversion.models.combinations import combinations
 from birdstrike.inversion.models.error_terms import Discrepancy, with_discrepancy
