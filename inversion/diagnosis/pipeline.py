@@ -313,7 +313,31 @@ class Pipeline:
         close: Sequence[str],
     ) -> tuple[str, ...]:
         """The gravest first; close: why the likeliest effect is not attributed."""
-        found = [*self.warnings, *_left_out(setups_of(self.shots)), *self.baselines.warnings]
+        found = [*self.warnings, *_left_out(setups_of(self.shots)), *self._baseline_warnings(ranking), *close]
+        if chosen and next(one for one in figures if one.name == chosen).at_bound:
+            found.append(
+                f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
+                "or something that is not in the library looks like it"
+            )
+        first = self.shots[0]
+        stated = {name for name, sigma in first.setup.plan.case.inversion.nuisance.items() if sigma > 0.0}
+        if lacking := sorted(stated - set(first.nuisances)):
+            found.append(
+                f"inversion.nuisance of {', '.join(lacking)} is not carried: the case seeks or states the same "
+                "quantity as a parameter or an effect, or its simulations failed; the answer takes the declared value "
+                "as exact"
+            )
+        found += shells_of_a_file(unrefined_file(shot.setup.plan.case) for shot in self.shots)
+        found += _lattices_lacking((*self.shots, *self.baselines.shots))
+        for label, reason in failed.items():
+            found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")
+        for shot in self.shots:
+            found += [f"{shot.name}: {line}" for line in shot.record.warnings]
+        return tuple(found)
+
+    def _baseline_warnings(self, ranking: Ranking) -> list[str]:
+        """What the baselines and their bird, or the want of them, mean for the answer."""
+        found = [*self.baselines.warnings]
         if not self.baselines.shots and ranking.problem.known.source != STATED:
             found.append(
                 "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "
@@ -341,27 +365,7 @@ class Pipeline:
                 "taken for an effect, so that an alarm means little and none is attributed; fire the baseline with a "
                 "bird of the shot's own recipe"
             )
-        found += close
-        if chosen and next(one for one in figures if one.name == chosen).at_bound:
-            found.append(
-                f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
-                "or something that is not in the library looks like it"
-            )
-        first = self.shots[0]
-        stated = {name for name, sigma in first.setup.plan.case.inversion.nuisance.items() if sigma > 0.0}
-        if lacking := sorted(stated - set(first.nuisances)):
-            found.append(
-                f"inversion.nuisance of {', '.join(lacking)} is not carried: the case seeks or states the same "
-                "quantity as a parameter or an effect, or its simulations failed; the answer takes the declared value "
-                "as exact"
-            )
-        found += shells_of_a_file(unrefined_file(shot.setup.plan.case) for shot in self.shots)
-        found += _lattices_lacking((*self.shots, *self.baselines.shots))
-        for label, reason in failed.items():
-            found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")
-        for shot in self.shots:
-            found += [f"{shot.name}: {line}" for line in shot.record.warnings]
-        return tuple(found)
+        return found
 
 
 def _left_out(setups: Sequence[Setup]) -> list[str]:
