@@ -166,10 +166,10 @@ def train_network(
         choice.hidden,
         choice.seed,
         progress,
-        np.concatenate(chosen),
-        choice.noisy_copies,
-        choice.outputs,
-        moved,
+        noise=np.concatenate(chosen),
+        copies=choice.noisy_copies,
+        outputs=choice.outputs,
+        nuisances=moved,
     )
 
 

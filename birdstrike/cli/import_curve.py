@@ -57,18 +57,18 @@ def import_curve(
     if picture is not None and Path(picture).suffix.lower() not in PICTURES:
         raise UserError(f"--picture {picture}: a picture ends in {', '.join(PICTURES)}, which tells its format")
     options = ImportOptions(
-        sensors,
-        time,
-        units or {},
-        scales or {},
-        shift,
-        node,
-        simulated,
-        decimal,
-        table,
-        per or {},
-        rate,
-        tuple(sigma or ()),
+        sensors=sensors,
+        time=time,
+        units=units or {},
+        scales=scales or {},
+        shift=shift,
+        node=node,
+        simulated=simulated,
+        decimal=decimal,
+        table=table,
+        per=per or {},
+        rate=rate,
+        stated=tuple(sigma or ()),
     )
     record = import_record(path, options)
     if zero:
