@@ -46,7 +46,7 @@ def scatter_of_sizes(fit: Fit, labels: Sequence[str]) -> Array:
 
 def minimum_detectable(ranking: Ranking) -> dict[str, float | None]:
     """Effect -> SI magnitude; None where even the largest that is looked for stays unseen."""
-    singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
+    singles = ranking.singles
     found: dict[str, float | None] = {}
     for (label, one), sd in zip(singles.items(), scatter_of_sizes(ranking.fits[NONE], list(singles)), strict=True):
         h = SIGNAL * float(sd)
@@ -92,7 +92,7 @@ def biases(ranking: Ranking) -> dict[str, dict[str, float]]:
     """Effect -> what one plausible size of it, absent from the model, adds to each parameter of the first shot, SI."""
     fit, shot = ranking.fits[NONE], ranking.problem.shots[0]
     space, at = shot.setup.plan.space, fit.system.at
-    labels = [label for label, model in ranking.models.items() if len(model.members) == 1]
+    labels = list(ranking.singles)
     gram = fit.tester.grams.node(int(fit.evidence.weights.argmax()))
     J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in labels])
     node = np.array([int(fit.evidence.weights.argmax())])

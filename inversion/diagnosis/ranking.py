@@ -296,9 +296,14 @@ class Ranking:
         return probabilities(self.evidence)
 
     @property
+    def singles(self) -> dict[str, Suspect]:
+        """Label -> the effect of every model of one effect."""
+        return {label: one.members[0] for label, one in self.models.items() if len(one.members) == 1}
+
+    @property
     def seen(self) -> list[str]:
         """Single effects that a sensor can show."""
-        return [label for label, one in self.models.items() if len(one.members) == 1 and one.members[0].seen]
+        return [label for label, one in self.singles.items() if one.seen]
 
     def refitted(self, label: str) -> Ranking:
         """The same answer with a refit of one of its models."""

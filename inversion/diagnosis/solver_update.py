@@ -198,7 +198,7 @@ def wanted_effects(ranking: Ranking) -> list[str]:
     """
     if ranking.shares[NONE] > SURE:
         return []
-    singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
+    singles = ranking.singles
     score = {label: ranking.standings[label].at_best for label, one in singles.items() if one.response}
     top = max(score.values())
     pairs = sorted((n for n, m in ranking.models.items() if len(m.members) == 2), key=lambda n: -ranking.shares[n])[:3]

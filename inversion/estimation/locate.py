@@ -26,6 +26,7 @@ from birdstrike.inversion.forward import Progress
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.observations.plausibility import implausible
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive, prior_predictive_warning
+from birdstrike.inversion.observations.reader import stated_noise
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.ingredients import DesignFigures
 from birdstrike.solver.case.case import Case
@@ -71,8 +72,7 @@ class InversionOptions:
 
     def of_case(self, case: Case) -> InversionOptions:
         """The same with the noise and the time origin that a case states."""
-        noise = {name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise}
-        return replace(self, noise=noise, time_offset=case.inversion.nuisance.get("time_offset", 0.0))
+        return replace(self, noise=stated_noise(case), time_offset=case.inversion.nuisance.get("time_offset", 0.0))
 
     def methods(self) -> tuple[str, ...]:
         """The methods asked for; raises UserError."""

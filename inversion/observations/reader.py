@@ -61,6 +61,11 @@ MEANING = {
 }
 
 
+def stated_noise(case: Case) -> dict[str, float]:
+    """Sensor -> standard deviation that a case states of its readings, SI; those without one are left out."""
+    return {name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise}
+
+
 @dataclass(frozen=True)
 class Expected:
     """What is known of a record before it is read.
@@ -89,8 +94,7 @@ class Expected:
         """
         uncertain = spare + FARTHEST_ORIGIN * case.inversion.nuisance.get("time_offset", 0.0)
         units = {name: sensor.unit for name, sensor in case.sensors.items()}
-        noise = {name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise}
-        return cls(units, 0.0, end - spare, case.first_contact - uncertain, noise, f"case {case.name}")
+        return cls(units, 0.0, end - spare, case.first_contact - uncertain, stated_noise(case), f"case {case.name}")
 
     @classmethod
     def of_campaign(cls, dataset: Dataset, noise: Mapping[str, float], time_offset: float = 0.0) -> Expected:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from birdstrike.data.files import read_json
 from birdstrike.inversion.formatting import flight, quantity, span
@@ -59,7 +58,7 @@ def summary_page(
 
 
 def _answer(sources: Sources) -> Iterator[str]:
-    answer = sources.answer.methods[sources.answer.best or next(iter(sources.answer.methods))]
+    answer = sources.answer.best_answer
     for name, one in answer.parameters.items():
         value = "no value" if one.value is None else quantity(one.value, one.unit, 4)
         if one.identified and one.interval_95 is not None:
@@ -97,14 +96,9 @@ def _validity(sources: Sources) -> Iterator[str]:
     if not case.plate.rigid and case.target is None:
         yield f"- Target: plate of {quantity(case.plate.thickness, 'm', 4)}, edges {case.plate.edge_words}"
     yield from (f"- Effect that the case states: {line}" for line in stated(case))
-    unknown = [n for n, one in _best(sources).items() if not one["identified"]]
+    unknown = [name for name, one in sources.answer.best_answer.parameters.items() if not one.identified]
     if unknown:
         yield f"- Not identified, and so only a place in its range: {', '.join(unknown)}"
-
-
-def _best(sources: Sources) -> dict[str, dict[str, Any]]:
-    answer = sources.answer.methods[sources.answer.best or next(iter(sources.answer.methods))]
-    return {name: {"identified": one.identified} for name, one in answer.parameters.items()}
 
 
 def _checks(found: Sequence[Aspect]) -> Iterator[str]:
