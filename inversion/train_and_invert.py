@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
+    Nuisance,
     case_nuisances,
     discrepancy_columns,
     mesh_columns,
@@ -161,10 +162,8 @@ def train_and_invert(
         _refuse_second_mesh(more, forward)
     pairs = _with_cases(_listed(measured), cases)
     report, share = progress or silent, 0.5 if more.mesh_correction else 0.0
-    shots = [
-        _shot(folders, *pair, folder, options, more, forward, retry, _share(report, i, len(pairs), share))
-        for i, pair in enumerate(pairs)
-    ]
+    call = _Call(folders, folder, options, more, forward, retry)
+    shots = [call.shot(*pair, _share(report, i, len(pairs), share)) for i, pair in enumerate(pairs)]
     _refuse_unused(folders, shots)
     refuse_twice([("--measured", shot.measured) for shot in shots])
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
@@ -299,60 +298,66 @@ def _bands(path: Path) -> Histories:
     return found
 
 
-def _shot(
-    folders: list[Path],
-    record: Record,
-    case: One | Case | None,
-    out: Path,
-    options: InversionOptions,
-    more: Extras,
-    forward: Forward | None,
-    retry: float,
-    progress: Progress,
-) -> Shot:
-    """A record with the campaign of its case."""
-    dataset, base, campaign = _campaign(folders, case)
-    read = as_measured(record).only(more.channels)
-    stores = tuple(RunStore(folder / "runs") for folder in folders)
-    if more.filter:
-        dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
+@dataclass(frozen=True)
+class _Call:
+    """What the shots of one call share.
 
-    def solver_of(wanted: Case) -> Forward:
-        run: Forward = forward or StoredSolver(wanted, RunStore(out / "runs"), stores, retry=retry)
-        return FilteredForward(run, more.filter) if more.filter else run
+    folders: of the campaigns; out: where new runs go; forward: in the solver's place; retry: see Extras.
+    """
 
-    solver = solver_of(base)
-    nuisances = case_nuisances(base)
+    folders: list[Path]
+    out: Path
+    options: InversionOptions
+    more: Extras
+    forward: Forward | None
+    retry: float
+
+    def solver(self, case: Case) -> Forward:
+        """The forward model of a case, filtered as the records are; runs of all campaigns are at hand."""
+        stores = tuple(RunStore(folder / "runs") for folder in self.folders)
+        run: Forward = self.forward or StoredSolver(case, RunStore(self.out / "runs"), stores, retry=self.retry)
+        return FilteredForward(run, self.more.filter) if self.more.filter else run
+
+    def shot(self, record: Record, case: One | Case | None, progress: Progress) -> Shot:
+        """A record with the campaign of its case."""
+        dataset, base, campaign = _campaign(self.folders, case)
+        read, more = as_measured(record).only(self.more.channels), self.more
+        if more.filter:
+            dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
+        solver, own = self.solver(base), self.options.of_case(base)
+        nuisances, shares = case_nuisances(base), stated_discrepancy(base, read.channels, more.discrepancy)
+        bands = _bands(more.mesh) if more.mesh else None
+        said = _in_words(base, nuisances, shares, more)
+        corrected, verifier = None, None
+        if more.mesh_correction:
+            refuse_uncorrectable(dataset, read, base, own)
+            fine = fine_mesh(base, base)
+            verifier = self.solver(fine)
+            corrected = correct_campaign(dataset, verifier, fine, [*read.channels], progress, own.seed)
+            dataset = corrected.dataset
+
+        def columns(observations: Observations, mode: Mode) -> Array:
+            parts = [nuisance_columns(solver, nuisances, dataset.named(mode.theta), observations, mode.t0)]
+            parts += [discrepancy_columns(shares, observations)] if shares else []
+            parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
+            parts += [corrected.columns(observations, mode)] if corrected else []
+            return np.hstack(parts)
+
+        shot = Shot(dataset, read, solver, own, columns if said else None, said, campaign, case=base)
+        if corrected is None:
+            return shot
+        return replace(shot, forward=corrected.forward(solver), verifier=verifier, mesh_correction=corrected.figures)
+
+
+def _in_words(case: Case, nuisances: Sequence[Nuisance], shares: Mapping[str, float], more: Extras) -> tuple[str, ...]:
+    """The errors that every model of a shot carries."""
     said = [
-        f"uncertain {n.name}: ± {quantity(base.inversion.nuisance[n.name], NUISANCE[n.name].unit)}" for n in nuisances
+        f"uncertain {n.name}: ± {quantity(case.inversion.nuisance[n.name], NUISANCE[n.name].unit)}" for n in nuisances
     ]
-    shares = stated_discrepancy(base, read.channels, more.discrepancy)
     said += [f"a stated discrepancy of {100 * share:g} % of the peak of {name}" for name, share in shares.items()]
-    bands = _bands(more.mesh) if more.mesh else None
-    if more.mesh:
-        said.append(f"the mesh's uncertainty from {more.mesh}")
-    own = options.of_case(base)
-    corrected, verifier = None, None
-    if more.mesh_correction:
-        refuse_uncorrectable(dataset, read, base, own)
-        fine = fine_mesh(base, base)
-        verifier = solver_of(fine)
-        corrected = correct_campaign(dataset, verifier, fine, [*read.channels], progress, own.seed)
-        dataset = corrected.dataset
-        said.append("what the mesh correction leaves uncertain")
-
-    def columns(observations: Observations, mode: Mode) -> Array:
-        parts = [nuisance_columns(solver, nuisances, dataset.named(mode.theta), observations, mode.t0)]
-        parts += [discrepancy_columns(shares, observations)] if shares else []
-        parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
-        parts += [corrected.columns(observations, mode)] if corrected else []
-        return np.hstack(parts)
-
-    shot = Shot(dataset, read, solver, own, columns if said else None, tuple(said), campaign, case=base)
-    if corrected is None:
-        return shot
-    run = corrected.forward(solver)
-    return replace(shot, forward=run, verifier=verifier, mesh_correction=corrected.figures)
+    said += [f"the mesh's uncertainty from {more.mesh}"] if more.mesh else []
+    said += ["what the mesh correction leaves uncertain"] if more.mesh_correction else []
+    return tuple(said)
 
 
 def refuse_uncorrectable(dataset: Dataset, measured: Measured, case: Case, options: InversionOptions) -> None:
