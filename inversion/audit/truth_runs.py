@@ -75,13 +75,12 @@ def make_experiments(
     *,
     forms: bool = False,
     wanted: tuple[Layout, ...] = (),
-) -> list[str]:
-    """Write the experiments of `count` truths into `folder`, those that are there already left alone; their names.
+) -> None:
+    """Write the experiments of `count` truths into `folder`, those that are there already left alone.
 
     forms: of the model-form variant; wanted: by default all layouts; a layout has its number whatever is wanted. Raises
     RunFailed where a truth fails every time.
     """
-    found = []
     own = {i: one for i, one in enumerate(layouts(case)) if not wanted or one in wanted}
     folder.mkdir(parents=True, exist_ok=True)
     for number in range(count):
@@ -94,8 +93,6 @@ def make_experiments(
             for name, (i, layout) in zip(names, own.items(), strict=True):
                 rng = np.random.default_rng([seed, number, int(forms), i])
                 _write(folder, name, case, drawn, layout, columns, rng, stem)
-        found += names
-    return found
 
 
 def _simulated(

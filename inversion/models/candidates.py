@@ -187,12 +187,11 @@ def _written(sought: Sought) -> Raw:
     return {"range": [sought.low, sought.high], "scale": sought.scale}
 
 
-def shared_keys(cases: Iterable[Case]) -> tuple[str, ...]:
-    """Dotted keys that every case of a model seeks; raises UserError where they seek different ones."""
+def refuse_other_parameters(cases: Iterable[Case]) -> None:
+    """Raises UserError where the cases of a model seek different parameters or ranges."""
     listed = [tuple((p.name, p.low, p.high, p.scale) for p in case.parameters()) for case in cases]
     if any(other != listed[0] for other in listed[1:]):
         raise UserError(
             "the shots' cases seek different parameters or ranges: let inversion.parameters and inversion.models of "
             "all --case be the same"
         )
-    return tuple(name for name, *_ in listed[0])
