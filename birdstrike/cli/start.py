@@ -15,6 +15,7 @@ from rich.markup import escape
 from birdstrike.cli.close_the_loop import diagnosis_lines, stage_display
 from birdstrike.cli.frame import Json, errors, framed, say, warn
 from birdstrike.cli.next_steps import command_line
+from birdstrike.data.errors import CaseError, UserError
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
@@ -83,7 +84,6 @@ def start(
 
 def begin(asked: Answers, out: Path | None, say: Callable[[str], None]) -> Begun:
     """The interview, and what follows from it: answers, case and picture in the folder. Raises UserError."""
-    from birdstrike.data.errors import UserError
     from birdstrike.data.files import write_atomically
     from birdstrike.data.out_folder import reserved
     from birdstrike.questions.case_file import case_text
@@ -109,7 +109,6 @@ def _consistent(asked: Answers) -> tuple[Shot, Case]:
     import tomllib
 
     from birdstrike.cli.import_curve import factor_of
-    from birdstrike.data.errors import CaseError, UserError
     from birdstrike.questions.case_file import case_text
     from birdstrike.questions.shot import Interview
     from birdstrike.solver.case.case import load_case
@@ -327,7 +326,6 @@ def command(
 
     In scripts: birdstrike start --answers shot/answers.toml
     """
-    from birdstrike.data.errors import UserError
     from birdstrike.questions.answers import Answers, about, read_answers
 
     if record is not None and not record.expanduser().is_file():
@@ -380,8 +378,6 @@ def _prompt(question: Question, error: str) -> str:
 
 def _typed(ask: Callable[..., Any], text: str, **shown: Any) -> Any:
     """What the user types; raises KeyboardInterrupt on Ctrl-C, and UserError where nobody is there to type."""
-    from birdstrike.data.errors import UserError
-
     try:
         return ask(text, **shown)
     except typer.Abort as error:

@@ -23,6 +23,7 @@ from birdstrike.cli.frame import (
     warn,
 )
 from birdstrike.cli.next_steps import following
+from birdstrike.data.errors import UserError
 from birdstrike.data.key_labels import key_labels
 
 if TYPE_CHECKING:
@@ -159,7 +160,6 @@ def command(
 
 def _neurons(text: str) -> int | None:
     """Hidden neurons; None for a search. Raises UserError."""
-    from birdstrike.data.errors import UserError
 
     if text == "search":
         return None
