@@ -233,7 +233,7 @@ def _imported(begun: Begun, shift: float) -> None:
     """Write the record, its clock shifted [s], by the reader of `birdstrike import`."""
     from dataclasses import replace
 
-    from birdstrike.cli.import_curve import factor_of, import_curve
+    from birdstrike.cli.import_curve import factors_of, import_curve
     from birdstrike.data.curves import read_measured, write_measured
 
     shot, text = begun.shot, f"{1e6 * shift:.1f} us"
@@ -242,8 +242,7 @@ def _imported(begun: Begun, shift: float) -> None:
         note = f"{text} was added to the clock of {shot.record.name}."
         write_measured(begun.record, replace(record, time=record.time + shift, provenance=(*record.provenance, note)))
         return
-    factors = {name: factor_of(column.scale) for name, column in shot.columns.items()}
-    units = {name: unit for name, (_, unit, _) in factors.items() if unit}
+    scales, units, per = factors_of({name: column.scale for name, column in shot.columns.items()})
     units |= {name: column.unit for name, column in shot.columns.items() if column.unit}
     import_curve(
         shot.record,
@@ -251,8 +250,8 @@ def _imported(begun: Begun, shift: float) -> None:
         {name: column.name for name, column in shot.columns.items()},
         time=shot.time,
         units=units | ({"time": shot.time_unit} if shot.time_unit else {}),
-        scales={name: number for name, (number, _, _) in factors.items()},
-        per={name: per for name, (_, _, per) in factors.items() if per},
+        scales=scales,
+        per=per,
         shift=text if shift else "",
         simulated=shot.simulated,
         decimal=shot.decimal,
