@@ -91,7 +91,7 @@ def audit(
     if not found:
         lacking = [f"{n} {name}" for n, name in ((channels, "channels"), (shots, "shots")) if n is not None]
         raise UserError(f"no experiment in {source} has {' and '.join(lacking)}")
-    scores, failed, left = _scored(found, place, choice, draws, most, retry_failed, progress, say)
+    scores, failed, left = _scored(found, place, choice, draws, most, progress, say)
     return _written(place, scores, failed, left, choice, draws, command)
 
 
@@ -105,7 +105,6 @@ def _scored(
     options: DiagnosisOptions,
     draws: int,
     most: int | None,
-    retry_failed: bool,
     progress: Callable[[float], None],
     say: Callable[[str], None],
 ) -> tuple[list[Score], dict[str, str], int]:
@@ -130,11 +129,11 @@ def _scored(
 
     first = {one.case.read_text(encoding="utf-8"): i for i, (one, _) in reversed([*enumerate(asked)])}
     for i in sorted(first.values()):
-        take(i, _answered_and_scored(names[i], *asked[i], place, options, retry_failed))
+        take(i, _answered_and_scored(names[i], *asked[i], place, options))
     alone = replace(options, workers=1, display=quiet, counter=uncounted, say=warnings.warn)
     with process_pool(worker_count(options.workers)) as pool:
         rest = {
-            pool.submit(_answered_and_scored, names[i], *task, place, alone, retry_failed): i
+            pool.submit(_answered_and_scored, names[i], *task, place, alone): i
             for i, task in enumerate(asked)
             if i not in first.values()
         }
@@ -143,11 +142,9 @@ def _scored(
     return [scores[name] for name in names if name in scores], failed, len(tasks) - len(asked)
 
 
-def _answered_and_scored(
-    name: str, one: Experiment, noise: int, place: Path, options: DiagnosisOptions, retry_failed: bool
-) -> Score | str:
+def _answered_and_scored(name: str, one: Experiment, noise: int, place: Path, options: DiagnosisOptions) -> Score | str:
     """The score of a record, or why it has no answer."""
-    answer = answered(one, place, options, noise, retry_failed)
+    answer = answered(one, place, options, noise)
     return answer["failed"] if "failed" in answer else _score(name, one, answer, place, options)
 
 
