@@ -17,7 +17,7 @@ from birdstrike.inversion.estimation.locate import (
     Located,
     locate,
 )
-from birdstrike.inversion.estimation.network_inversion import network_answer
+from birdstrike.inversion.estimation.network_inversion import NetworkAnswer, network_answer
 from birdstrike.inversion.estimation.posterior import Posterior
 from birdstrike.inversion.estimation.proposal import Proposal, by_emulator, by_network, too_coarse
 from birdstrike.inversion.estimation.time_origin import clock_drift
@@ -100,14 +100,8 @@ def invert(
     located = locate(dataset, measured, choice, emulator, lambda f: report(0.2 * f), columns)
     warnings, proposals, network, training = list(located.warnings), {}, None, None
     if "network" in methods:
-        read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
-        drift = clock_drift(located.calibration.calibrator, located.calibration.modes[0], located.origin)
-        if located.calibration.calibrator.model.known is not None:
-            drift = np.column_stack([drift, located.calibration.calibrator.model.known])
-        network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f), drift)
-        answer = network_answer(dataset, network, located.observations, read, drift, choice.seed)
+        network, answer, training = answer_of_network(located, choice, lambda f: report(0.2 + 0.1 * f))
         proposals["network"] = by_network(located.calibration, network, answer)
-        training = training_figures(network, dataset, read, choice.noisy_copies)
         warnings += answer.warnings
     if "emulator" in methods:
         proposals["emulator"] = by_emulator(located.calibration)
@@ -143,22 +137,32 @@ def invert(
     return InversionOutcome(inversion, located.observations, located.emulator, network, verified, posterior)
 
 
+def answer_of_network(
+    located: Located, choice: InversionOptions, progress: Progress
+) -> tuple[NetworkFit, NetworkAnswer, TrainingFigures]:
+    """The network trained for the record, what it says of the measured values, and how it was trained."""
+    calibration, dataset = located.calibration, located.calibration.dataset
+    read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
+    drift = clock_drift(calibration.calibrator, calibration.modes[0], located.origin)
+    if calibration.calibrator.model.known is not None:
+        drift = np.column_stack([drift, calibration.calibrator.model.known])
+    network = train_network(located, read, choice, progress, drift)
+    answer = network_answer(dataset, network, located.observations, read, drift, choice.seed)
+    return network, answer, training_figures(network, dataset, read, choice.noisy_copies)
+
+
 def train_network(
-    located: Located,
-    read: Mapping[str, Array],
-    choice: InversionOptions,
-    progress: Progress,
-    nuisances: Array | None = None,
+    located: Located, read: Mapping[str, Array], choice: InversionOptions, progress: Progress, nuisances: Array
 ) -> NetworkFit:
     """Train on the runs at the measured instants `read`, moved to the model's clock.
 
-    nuisances: change of the stacked curve for one standard deviation of the time origin and each known error, of which
-    noisy copies of the runs have their share.
+    nuisances: (n,) or (n, s), change of the stacked curve for one standard deviation of the time origin and each known
+    error, of which noisy copies of the runs have their share.
     """
     on_model_clock = {channel: times - located.origin.value for channel, times in read.items()}
     places = [np.isin(c.times, read[c.name]) for c in located.observations.channels]
     chosen = [c.noise[place] for c, place in zip(located.observations.channels, places, strict=True)]
-    moved = None if nuisances is None else nuisances.reshape(len(nuisances), -1)[np.concatenate(places)]
+    moved = nuisances.reshape(len(nuisances), -1)[np.concatenate(places)]
     return fit_network(
         located.calibration.dataset,
         on_model_clock,
@@ -269,7 +273,7 @@ def best(answers: Mapping[str, Answer]) -> str | None:
     return min(verified, key=lambda m: verified[m]) if verified else None
 
 
-def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array], copies: int = 0) -> TrainingFigures:
+def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array], copies: int) -> TrainingFigures:
     """How the network was trained; read: the instants it reads, on the record's clock; copies: of every run, noisy."""
     training = fit.training
     return TrainingFigures(

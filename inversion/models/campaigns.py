@@ -185,6 +185,7 @@ class ModelRuns:
         return found
 
     def eroded(self) -> dict[str, float]:
+        """Shot -> largest eroded share of the bird in a run of its campaign."""
         found = {}
         for setup in self.setups:
             entries = CampaignFolder(self.folder / setup.name).read_summary().get("runs", [])
