@@ -63,6 +63,7 @@ ShotRecords = Annotated[
 ShotCases = Annotated[
     list[str], typer.Option("--case", help="Case of each further --measured, in order; none: all are of CASE.")
 ]
+Workers = Annotated[int | None, typer.Option(min=1, help="Simulations at a time; all cores by default.")]
 Settings = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help='Override the case: --set plate.thickness="8 mm".')
 ]

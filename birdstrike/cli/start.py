@@ -13,7 +13,7 @@ import typer
 from rich.markup import escape
 
 from birdstrike.cli.close_the_loop import diagnosis_lines, stage_display
-from birdstrike.cli.frame import Json, errors, framed, say, warn
+from birdstrike.cli.frame import Json, Workers, errors, framed, say, warn
 from birdstrike.cli.next_steps import command_line
 from birdstrike.data.errors import CaseError, UserError
 
@@ -312,7 +312,7 @@ def command(
         Path | None, typer.Option(metavar="FILE", help="Answers in TOML; then nothing is asked.", dir_okay=False)
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of everything; by default named after the record.")] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Runs at a time; all cores by default.")] = None,
+    workers: Workers = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """From a measured file to a report: asks for plate, bird, impact and sensors, writes the case, closes the loop.

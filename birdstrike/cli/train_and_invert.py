@@ -14,6 +14,7 @@ from birdstrike.cli.frame import (
     Channels,
     Json,
     RetryFailed,
+    ShotRecords,
     console,
     framed,
     names_of,
@@ -60,9 +61,7 @@ def command(
     doe: Annotated[
         list[Path], typer.Argument(metavar="DOE...", help="Folder of a finished campaign (run-doe); one for each case.")
     ],
-    measured: Annotated[
-        list[str], typer.Option(help="Measured-data CSV, or the name of a shipped curve; again for each further shot.")
-    ],
+    measured: ShotRecords,
     out: Annotated[Path, typer.Option(help="Folder for inversion.json and what belongs to it.")],
     trainer: Annotated[
         Trainer, typer.Option(help="Levenberg-Marquardt, Adam, Bayesian regularisation, or 50 networks at once.")
