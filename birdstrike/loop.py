@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.data.errors import UserError
 from birdstrike.data.paths import resolve_measured
 from birdstrike.stages import (
     Display,
@@ -117,68 +117,54 @@ def close_the_loop(
     campaign to use. The campaign's workers are started afresh: a script that calls this needs
     `if __name__ == "__main__":`. Raises UserError and RunFailed; after either, and after Ctrl-C, the same call resumes.
     """
+    from birdstrike.data.curves import read_measured
     from birdstrike.doe.campaign.adoption import adopted_design
     from birdstrike.doe.campaign.run import retry_before
     from birdstrike.inversion.diagnosis.diagnose import read_records
     from birdstrike.inversion.diagnosis.evidence import birds_apart
-    from birdstrike.solver.case.case import load_case
+    from birdstrike.inversion.observations.reader import Expected, read_record
+    from birdstrike.solver.case.case import as_case
 
     retry = retry_before(retry_failed)
     with display("Check: case, record and design") as progress:
-        loaded, record = checked(case, measured, channels)
+        loaded, record = as_case(case), resolve_measured(measured)
         bird = baseline_bird or loaded.diagnosis.baseline_bird
         birds_apart(bird)
         clean = baseline_files(loaded, baseline)
-        clean_cases = tuple(load_case(one) if isinstance(one, str | Path) else one for one in baseline_case)
+        clean_cases = tuple(map(as_case, baseline_case))
         held_out = None if heldout is None else resolve_measured(heldout)
         if diagnosis:
             for warning in read_records(loaded, record, held_out, clean, clean_cases, channels).warnings:
                 say(warning)
         elif held_out is not None:
             raise UserError("a held-out record is for the diagnosis; leave out --heldout or --no-diagnosis")
+        else:
+            read_record(read_measured(record).only(channels), Expected.of_case(loaded, loaded.time.end))
         adopted = None if doe is None else Path(doe)
         planned = (
             planned_runs(loaded, design, runs, seed, progress) if adopted is None else adopted_design(loaded, adopted)
         )
     plan = LoopPlan(
-        loaded,
-        record,
-        Path(out),
-        planned,
-        seed,
-        workers,
-        trainer,
-        say,
-        diagnosis,
-        retry,
-        channels,
-        clean,
-        clean_cases,
-        adopted,
-        bird,
-        held_out,
+        case=loaded,
+        measured=record,
+        out=Path(out),
+        design=planned,
+        seed=seed,
+        workers=workers,
+        trainer=trainer,
+        say=say,
+        diagnosed=diagnosis,
+        retry=retry,
+        channels=channels,
+        baselines=clean,
+        baseline_cases=clean_cases,
+        adopted=adopted,
+        baseline_bird=bird,
+        heldout=held_out,
     )
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured), seed=plan.seed)
     run_stages(stages(plan), plan.ledger, display)
     return conclude(plan)
-
-
-def checked(case: CaseSource, measured: str | Path, channels: tuple[str, ...] = ()) -> tuple[Case, Path]:
-    """The case and the record's file, which must fit each other; raises UserError before any simulation is paid for."""
-    from birdstrike.data.curves import read_measured
-    from birdstrike.inversion.observations.reader import Expected, read_record
-    from birdstrike.solver.case.case import as_case
-
-    loaded = as_case(case)
-    record = resolve_measured(measured)
-    read = read_measured(record).only(channels)
-    read.refuse_dead_sensors()
-    unknown = [name for name in read.channels if name not in loaded.sensors]
-    if unknown:
-        known = f"is no sensor of case {loaded.name}; its sensors: {', '.join(loaded.sensors)}"
-        raise MeasuredError([f'{record}: channel "{name}" {known}' for name in unknown])
-    read_record(read, Expected.of_case(loaded, loaded.time.end))
-    return loaded, record
 
 
 def baseline_files(case: Case, baseline: Sequence[str | Path]) -> tuple[Path, ...]:
@@ -234,7 +220,7 @@ def stages(plan: LoopPlan) -> tuple[Stage, ...]:
 
 def _campaign_unfinished(plan: LoopPlan) -> bool:
     """Whether the machine ended runs of the campaign, or runs have failed and the user asks for a retry."""
-    from birdstrike.doe.campaign.folder import read_json
+    from birdstrike.data.files import read_json
 
     if plan.adopted:
         return False
@@ -401,7 +387,7 @@ def _report(plan: LoopPlan, progress: Progress) -> None:
 
 def conclude(plan: LoopPlan) -> dict[str, Any]:
     """Findings, figures and paths, noted in the ledger and returned with the stages."""
-    from birdstrike.doe.campaign.folder import read_json
+    from birdstrike.data.files import read_json
     from birdstrike.reports.results.findings import findings, key_figures
     from birdstrike.reports.results.parts import find_parts
     from birdstrike.reports.results.reading import read_results

@@ -16,6 +16,7 @@ from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.exports.registry import EXPORTS
 from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.paths import resolve_measured
 from birdstrike.data.tables.csv_table import MOST_LINES, Column, CsvTable, first_of, read_table
 from birdstrike.data.tables.loose_table import import_line
 from birdstrike.data.units import ACCEPTED, DISPLAY, display, in_unit
@@ -133,6 +134,11 @@ def read_measured(path: str | Path) -> Measured:
     except MeasuredError as error:
         hint = _import_hint(Path(path)) if any(_is_foreign(text) for text in error.errors) else ()
         raise MeasuredError([*error.errors, *hint], error.heading) from error
+
+
+def as_measured(record: str | Path | Measured) -> Measured:
+    """A record as it is, anything else as `read_measured` reads the file, or the shipped curve of that name."""
+    return record if isinstance(record, Measured) else read_measured(resolve_measured(record))
 
 
 def _is_foreign(error: str) -> bool:

@@ -58,6 +58,20 @@ class Dataset(Displayed):
         low, high, unit = self.decades[self.names[i]]
         return low * (high / low) ** value, unit
 
+    def named(self, theta: Array) -> dict[str, float]:
+        """Parameters (k,) SI by their dotted case keys."""
+        return dict(zip(self.names, map(float, theta), strict=True))
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Dotted case key -> the parameter's range, SI."""
+        return {name: (float(a), float(b)) for name, a, b in zip(self.names, self.lows, self.highs, strict=True)}
+
+    def nearest(self, theta: Array) -> int:
+        """Row of the run whose parameters lie nearest to theta (k,) SI, as shares of the ranges."""
+        apart = (self.parameters - theta) / (self.highs - self.lows)
+        return int(np.argmin((apart**2).sum(axis=1)))
+
     def scaled(self) -> Array:
         """Parameters mapped to 0..1 over their ranges, (n, k)."""
         return (self.parameters - self.lows) / (self.highs - self.lows)
@@ -95,8 +109,4 @@ class Dataset(Displayed):
 
     def draw(self) -> tuple[partial[Axes], ...]:
         """The first channels."""
-        return tuple(partial(_plotted, self.plot, name) for name in list(self.curves)[:3])
-
-
-def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
-    return plot(name, axes)
+        return tuple(partial(self.plot, name) for name in list(self.curves)[:3])

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from birdstrike.data.errors import UserError
+
 
 @contextmanager
 def whole_file(path: Path, sync: bool = True) -> Iterator[Path]:
@@ -58,6 +60,16 @@ def write_json(path: Path, content: Mapping[str, Any], schema_version: int = 1) 
     """Write a JSON object with its `schema_version` first; null stands for what is not finite."""
     whole = {"schema_version": schema_version, **content}
     write_atomically(path, json.dumps(plain(whole), indent=2, allow_nan=False) + "\n")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """A JSON object, {} where the file does not exist; raises UserError for a damaged one."""
+    if not path.exists():
+        return {}
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise UserError(f"{path} is damaged ({error}); delete it and repeat the command that made it") from error
 
 
 def plain(value: Any) -> Any:

@@ -103,8 +103,4 @@ class Histories(Displayed):
 
     def draw(self) -> tuple[partial[Axes], ...]:
         """The first channels."""
-        return tuple(partial(_plotted, self.plot, name) for name in list(self.channels)[:3])
-
-
-def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
-    return plot(name, axes)
+        return tuple(partial(self.plot, name) for name in list(self.channels)[:3])

@@ -21,6 +21,10 @@ Progress = Callable[[float], None]
 """Takes the share of the work that is done, 0..1."""
 
 
+def silent(_: float) -> None:
+    """The progress that nobody watches."""
+
+
 @dataclass(frozen=True)
 class StoredSolver:
     """The solver at given parameters, each run paid once; read: further stores in which a run may already lie.

@@ -17,14 +17,14 @@ from birdstrike.inversion.estimation.locate import (
     Located,
     locate,
 )
-from birdstrike.inversion.estimation.network_inversion import network_answer
+from birdstrike.inversion.estimation.network_inversion import NetworkAnswer, network_answer
 from birdstrike.inversion.estimation.posterior import Posterior
 from birdstrike.inversion.estimation.proposal import Proposal, by_emulator, by_network, too_coarse
 from birdstrike.inversion.estimation.time_origin import clock_drift
 from birdstrike.inversion.estimation.verification import VerificationRun, channel_scores, overall, verify
-from birdstrike.inversion.forward import Forward, Progress, watched
+from birdstrike.inversion.forward import Forward, Progress, silent, watched
 from birdstrike.inversion.identifiability.summary import identifiability_figures, posterior_figures
-from birdstrike.inversion.misfit import whitened
+from birdstrike.inversion.misfit import finite, rms, whitened
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.observations.prior_predictive import (
     emulator_or_model,
@@ -95,24 +95,18 @@ def invert(
     RunFailed
         When no verification run finishes.
     """
-    choice, report = options or InversionOptions(), progress or _silent
+    choice, report = options or InversionOptions(), progress or silent
     methods = choice.methods()
     located = locate(dataset, measured, choice, emulator, lambda f: report(0.2 * f), columns)
     warnings, proposals, network, training = list(located.warnings), {}, None, None
     if "network" in methods:
-        read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
-        drift = clock_drift(located.calibration.calibrator, located.calibration.modes[0], located.origin)
-        if located.calibration.calibrator.model.known is not None:
-            drift = np.column_stack([drift, located.calibration.calibrator.model.known])
-        network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f), drift)
-        answer = network_answer(dataset, network, located.observations, read, drift, choice.seed)
+        network, answer, training = answer_of_network(located, choice, lambda f: report(0.2 + 0.1 * f))
         proposals["network"] = by_network(located.calibration, network, answer)
-        training = training_figures(network, dataset, read, choice.noisy_copies)
         warnings += answer.warnings
     if "emulator" in methods:
         proposals["emulator"] = by_emulator(located.calibration)
     posterior = located.calibration.posterior
-    verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
+    verified = verify_all(dataset, proposals, forward, lambda f: report(0.3 + 0.7 * f))
     tested = verified if "emulator" in verified else {**verified, **_run_at_the_fit(located, forward)}
     predictive = emulator_or_model(located.prior_predictive, _solver_error(located, tested), _q2(located.emulator))
     if predictive.coarse:
@@ -125,7 +119,7 @@ def invert(
     inversion = Inversion(
         methods=answers,
         best=best(answers),
-        ranges={n: (float(a), float(b)) for n, a, b in zip(dataset.names, dataset.lows, dataset.highs, strict=True)},
+        ranges=dataset.ranges,
         design=located.calibration.design,
         runs_used=len(dataset.runs),
         time_offset=located.origin,
@@ -143,22 +137,32 @@ def invert(
     return InversionOutcome(inversion, located.observations, located.emulator, network, verified, posterior)
 
 
+def answer_of_network(
+    located: Located, choice: InversionOptions, progress: Progress
+) -> tuple[NetworkFit, NetworkAnswer, TrainingFigures]:
+    """The network trained for the record, what it says of the measured values, and how it was trained."""
+    calibration, dataset = located.calibration, located.calibration.dataset
+    read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
+    drift = clock_drift(calibration.calibrator, calibration.modes[0], located.origin)
+    if calibration.calibrator.model.known is not None:
+        drift = np.column_stack([drift, calibration.calibrator.model.known])
+    network = train_network(located, read, choice, progress, drift)
+    answer = network_answer(dataset, network, located.observations, read, drift, choice.seed)
+    return network, answer, training_figures(network, dataset, read, choice.noisy_copies)
+
+
 def train_network(
-    located: Located,
-    read: Mapping[str, Array],
-    choice: InversionOptions,
-    progress: Progress,
-    nuisances: Array | None = None,
+    located: Located, read: Mapping[str, Array], choice: InversionOptions, progress: Progress, nuisances: Array
 ) -> NetworkFit:
     """Train on the runs at the measured instants `read`, moved to the model's clock.
 
-    nuisances: change of the stacked curve for one standard deviation of the time origin and each known error, of which
-    noisy copies of the runs have their share.
+    nuisances: (n,) or (n, s), change of the stacked curve for one standard deviation of the time origin and each known
+    error, of which noisy copies of the runs have their share.
     """
     on_model_clock = {channel: times - located.origin.value for channel, times in read.items()}
     places = [np.isin(c.times, read[c.name]) for c in located.observations.channels]
     chosen = [c.noise[place] for c, place in zip(located.observations.channels, places, strict=True)]
-    moved = None if nuisances is None else nuisances.reshape(len(nuisances), -1)[np.concatenate(places)]
+    moved = nuisances.reshape(len(nuisances), -1)[np.concatenate(places)]
     return fit_network(
         located.calibration.dataset,
         on_model_clock,
@@ -166,22 +170,22 @@ def train_network(
         choice.hidden,
         choice.seed,
         progress,
-        np.concatenate(chosen),
-        choice.noisy_copies,
-        choice.outputs,
-        moved,
+        noise=np.concatenate(chosen),
+        copies=choice.noisy_copies,
+        outputs=choice.outputs,
+        nuisances=moved,
     )
 
 
 def verify_all(
-    names: tuple[str, ...], proposals: Mapping[str, Proposal], forward: Forward, progress: Progress
+    dataset: Dataset, proposals: Mapping[str, Proposal], forward: Forward, progress: Progress
 ) -> dict[str, VerificationRun]:
     """Run the forward model at every answer; raises RunFailed when none finishes."""
     verified: dict[str, VerificationRun] = {}
     for method, proposal in proposals.items():
-        theta = {name: float(value) for name, value in zip(names, proposal.theta, strict=True)}
         before = len(verified)
-        verified[method] = verify(watched(forward, lambda f, n=before: progress((n + f) / len(proposals))), theta)
+        part = watched(forward, lambda f, n=before: progress((n + f) / len(proposals)))
+        verified[method] = verify(part, dataset.named(proposal.theta))
         progress((before + 1) / len(proposals))
     if all(v.histories is None for v in verified.values()):
         raise RunFailed("no verification run finished: " + "; ".join(f"{m}: {v.failure}" for m, v in verified.items()))
@@ -220,8 +224,7 @@ def _run_at_the_fit(located: Located, forward: Forward) -> dict[str, Verificatio
     if inside and not any(poor(channel) for channel in channels):
         return {}
     theta = by_emulator(located.calibration).theta
-    names = located.calibration.dataset.names
-    return {"emulator": verify(forward, {name: float(v) for name, v in zip(names, theta, strict=True)})}
+    return {"emulator": verify(forward, located.calibration.dataset.named(theta))}
 
 
 def _solver_error(located: Located, verified: Mapping[str, VerificationRun]) -> float | None:
@@ -264,26 +267,22 @@ def _q2(emulator: Emulator) -> dict[str, float | None]:
     return {name: curve.validation.q2 for name, curve in emulator.channels.items()}
 
 
-def _silent(_: float) -> None:
-    """Nobody watches the progress."""
-
-
 def best(answers: Mapping[str, Answer]) -> str | None:
     """The method with the smallest verified error."""
     verified = {m: a.verified_relative for m, a in answers.items() if a.verified_relative is not None}
     return min(verified, key=lambda m: verified[m]) if verified else None
 
 
-def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array], copies: int = 0) -> TrainingFigures:
+def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array], copies: int) -> TrainingFigures:
     """How the network was trained; read: the instants it reads, on the record's clock; copies: of every run, noisy."""
-    training, test_mse = fit.training, float(fit.training.test_mse[-1])
+    training = fit.training
     return TrainingFigures(
         trainer=training.trainer,
         shape=str(fit.network.shape),
         epochs=training.epochs,
         goal=Settings().goal,
         mse=float(training.mse.min()),
-        test_mse=test_mse if np.isfinite(test_mse) else None,
+        test_mse=finite(fit.training.test_mse[-1]),
         history=TRAINING_FILE,
         status=training.status,
         holdout=f"{describe(len(dataset.runs))}; {describe_times(read)}",
@@ -296,13 +295,13 @@ def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array
 
 def emulator_figures(emulator: Emulator, dataset: Dataset) -> EmulatorFigures:
     """Leave-one-out figures of every channel and the runs that were left out."""
-    q2 = {name: _known(curve.validation.q2) for name, curve in emulator.channels.items()}
+    q2 = {name: finite(curve.validation.q2) for name, curve in emulator.channels.items()}
     standardised = {name: curve.validation.standardised for name, curve in emulator.channels.items()}
     return EmulatorFigures(
         components={name: len(curve.processes) for name, curve in emulator.channels.items()},
         q2=q2,
         loo_rmse={name: curve.validation.rmse for name, curve in emulator.channels.items()},
-        standardised_rms={n: float(np.sqrt(np.mean(s**2))) if s.size else None for n, s in standardised.items()},
+        standardised_rms={n: rms(s) if s.size else None for n, s in standardised.items()},
         runs_left_out=tuple(int(run) for run in dataset.runs if int(run) not in emulator.runs),
     )
 
@@ -314,7 +313,7 @@ def measured_figures(measured: Measured, observations: Observations) -> Measured
         provenance=tuple(measured.provenance),
         simulated=measured.simulated,
         points={c.name: len(c.times) for c in observations.channels},
-        noise={c.name: float(np.sqrt(np.mean(c.noise**2))) for c in observations.channels},
+        noise={c.name: rms(c.noise) for c in observations.channels},
         noise_source={c.name: c.noise_source for c in observations.channels},
         cuts={c.name: _cuts(c.record) for c in observations.channels if c.record is not None and _cuts(c.record)},
         at_rest={c.name: rest for c in observations.channels if (rest := _at_rest(c.record)) is not None},
@@ -334,7 +333,3 @@ def _at_rest(record: ChannelRecord | None) -> RestFigures | None:
     value = float(own.at(np.array([own.middle]))[0])
     terms = tuple(map(float, own.coefficients))
     return RestFigures(own.kind, value, own.interval(own.middle), own.middle, own.frequency, terms)
-
-
-def _known(value: float) -> float | None:
-    return value if np.isfinite(value) else None

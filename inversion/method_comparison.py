@@ -167,7 +167,7 @@ def _solver_in_the_loop(bench: KnownCase, record: Observations) -> tuple[Array, 
     def residual(z: Array) -> Array:
         nonlocal runs
         runs += 1
-        theta = dict(zip(bench.dataset.names, map(float, lows + z * span), strict=True))
+        theta = bench.dataset.named(lows + z * span)
         return (stacked(bench.forward(theta), record, 0.0) - record.values) / record.noise
 
     start = np.full(len(lows), 0.5)
@@ -187,13 +187,13 @@ def _row(
 ) -> MethodScore:
     names, span = bench.dataset.names, bench.dataset.highs - bench.dataset.lows
     truth = np.array([bench.truth[name] for name in names])
-    errors = {n: float(e) for n, e in zip(names, np.abs(theta - truth) / span, strict=True)}
+    errors = bench.dataset.named(np.abs(theta - truth) / span)
     unit = np.concatenate([np.full(len(c.times), NOISES[1] * bench.size(c.name)) for c in record.channels])
     clean = stacked(bench.histories, record, 0.0) / unit
     model = CurveModel(bench.emulators[condition.channels], record)
     stands = bool(covered(model.emulator.regions, theta[None])[0])
     predicted = rmse(model.curve(theta, 0.0) / unit, clean) if stands else None
-    run = bench.forward(dict(zip(names, map(float, theta), strict=True)))
+    run = bench.forward(bench.dataset.named(theta))
     verified = rmse(stacked(run, record, 0.0) / unit, clean)
     return MethodScore(
         str(condition), method, errors, predicted, verified, len(bench.dataset.runs) + extra, seconds, bounds
@@ -209,4 +209,4 @@ def _bounds(bench: KnownCase, condition: Condition, record: Observations) -> dic
     calibrator = Calibrator(CurveModel(emulator, record), coordinates, 0.0)
     truth = np.array([bench.truth[name] for name in bench.dataset.names])
     z = (truth - bench.dataset.lows) / (bench.dataset.highs - bench.dataset.lows)
-    return dict(zip(bench.dataset.names, map(float, bound(calibrator, z[None])), strict=True))
+    return bench.dataset.named(bound(calibrator, z[None]))

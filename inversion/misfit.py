@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from birdstrike.data.histories import Array
+
+
+def rms(values: ArrayLike) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def finite(value: float) -> float | None:
+    """A figure as results hold it, None where it is not finite."""
+    return float(value) if np.isfinite(value) else None
 
 
 def rmse(model: Array, measured: Array) -> float:
     """Root mean square difference over the instants where both exist (n,), in their SI unit; NaN where none do."""
     difference = (model - measured)[np.isfinite(model) & np.isfinite(measured)]
-    return float(np.sqrt(np.mean(difference**2))) if difference.size else float("nan")
+    return rms(difference) if difference.size else float("nan")
 
 
 def relative(model: Array, measured: Array) -> float:

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, read_histories, read_measured, refuse_twice, write_histories
+from birdstrike.data.curves import Measured, as_measured, read_histories, refuse_twice, write_histories
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.paths import resolve_measured
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
+    Nuisance,
     case_nuisances,
     discrepancy_columns,
     mesh_columns,
@@ -35,13 +35,13 @@ from birdstrike.inversion.estimation.refinement import AUTO, refine
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
 from birdstrike.inversion.estimation.verification import write_verification
 from birdstrike.inversion.formatting import quantity
-from birdstrike.inversion.forward import Forward, Progress, StoredSolver
+from birdstrike.inversion.forward import Forward, Progress, StoredSolver, silent
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import TRAINING_FILE, InversionOutcome, invert
 from birdstrike.inversion.observations.filters import FilteredForward, filtered_dataset, filtered_record
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.case import Case, as_case, case_hash
 from birdstrike.solver.case.settings import NUISANCE
 from birdstrike.solver.case.write import copy_case
 from birdstrike.surrogate.files import save_emulator, save_network
@@ -161,11 +161,9 @@ def train_and_invert(
     if more.mesh_correction:
         _refuse_second_mesh(more, forward)
     pairs = _with_cases(_listed(measured), cases)
-    report, share = progress or (lambda _: None), 0.5 if more.mesh_correction else 0.0
-    shots = [
-        _shot(folders, *pair, folder, options, more, forward, retry, _share(report, i, len(pairs), share))
-        for i, pair in enumerate(pairs)
-    ]
+    report, share = progress or silent, 0.5 if more.mesh_correction else 0.0
+    call = _Call(folders, folder, options, more, forward, retry)
+    shots = [call.shot(*pair, _share(report, i, len(pairs), share)) for i, pair in enumerate(pairs)]
     _refuse_unused(folders, shots)
     refuse_twice([("--measured", shot.measured) for shot in shots])
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
@@ -208,7 +206,7 @@ def inverted(
     joint, scatter = Joint.alone(shots[0]), None
     if len(shots) > 1:
         joint, scatter = with_scatter(joined(shots))
-    report = progress or (lambda _: None)
+    report = progress or silent
     dataset, refinement, share = joint.dataset, None, 0.0
     if more.refine and _refinable(joint.options, more):
         share = 0.6
@@ -300,66 +298,66 @@ def _bands(path: Path) -> Histories:
     return found
 
 
-def _shot(
-    folders: list[Path],
-    record: Record,
-    case: One | Case | None,
-    out: Path,
-    options: InversionOptions,
-    more: Extras,
-    forward: Forward | None,
-    retry: float,
-    progress: Progress,
-) -> Shot:
-    """A record with the campaign of its case."""
-    dataset, base, campaign = _campaign(folders, case)
-    read = record if isinstance(record, Measured) else read_measured(resolve_measured(record))
-    read = read.only(more.channels)
-    stores = tuple(RunStore(folder / "runs") for folder in folders)
-    if more.filter:
-        dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
+@dataclass(frozen=True)
+class _Call:
+    """What the shots of one call share.
 
-    def solver_of(wanted: Case) -> Forward:
-        run: Forward = forward or StoredSolver(wanted, RunStore(out / "runs"), stores, retry=retry)
-        return FilteredForward(run, more.filter) if more.filter else run
+    folders: of the campaigns; out: where new runs go; forward: in the solver's place; retry: see Extras.
+    """
 
-    solver = solver_of(base)
-    nuisances = case_nuisances(base)
+    folders: list[Path]
+    out: Path
+    options: InversionOptions
+    more: Extras
+    forward: Forward | None
+    retry: float
+
+    def solver(self, case: Case) -> Forward:
+        """The forward model of a case, filtered as the records are; runs of all campaigns are at hand."""
+        stores = tuple(RunStore(folder / "runs") for folder in self.folders)
+        run: Forward = self.forward or StoredSolver(case, RunStore(self.out / "runs"), stores, retry=self.retry)
+        return FilteredForward(run, self.more.filter) if self.more.filter else run
+
+    def shot(self, record: Record, case: One | Case | None, progress: Progress) -> Shot:
+        """A record with the campaign of its case."""
+        dataset, base, campaign = _campaign(self.folders, case)
+        read, more = as_measured(record).only(self.more.channels), self.more
+        if more.filter:
+            dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
+        solver, own = self.solver(base), self.options.of_case(base)
+        nuisances, shares = case_nuisances(base), stated_discrepancy(base, read.channels, more.discrepancy)
+        bands = _bands(more.mesh) if more.mesh else None
+        said = _in_words(base, nuisances, shares, more)
+        corrected, verifier = None, None
+        if more.mesh_correction:
+            refuse_uncorrectable(dataset, read, base, own)
+            fine = fine_mesh(base, base)
+            verifier = self.solver(fine)
+            corrected = correct_campaign(dataset, verifier, fine, [*read.channels], progress, own.seed)
+            dataset = corrected.dataset
+
+        def columns(observations: Observations, mode: Mode) -> Array:
+            parts = [nuisance_columns(solver, nuisances, dataset.named(mode.theta), observations, mode.t0)]
+            parts += [discrepancy_columns(shares, observations)] if shares else []
+            parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
+            parts += [corrected.columns(observations, mode)] if corrected else []
+            return np.hstack(parts)
+
+        shot = Shot(dataset, read, solver, own, columns if said else None, said, campaign, case=base)
+        if corrected is None:
+            return shot
+        return replace(shot, forward=corrected.forward(solver), verifier=verifier, mesh_correction=corrected.figures)
+
+
+def _in_words(case: Case, nuisances: Sequence[Nuisance], shares: Mapping[str, float], more: Extras) -> tuple[str, ...]:
+    """The errors that every model of a shot carries."""
     said = [
-        f"uncertain {n.name}: ± {quantity(base.inversion.nuisance[n.name], NUISANCE[n.name].unit)}" for n in nuisances
+        f"uncertain {n.name}: ± {quantity(case.inversion.nuisance[n.name], NUISANCE[n.name].unit)}" for n in nuisances
     ]
-    shares = stated_discrepancy(base, read.channels, more.discrepancy)
     said += [f"a stated discrepancy of {100 * share:g} % of the peak of {name}" for name, share in shares.items()]
-    bands = _bands(more.mesh) if more.mesh else None
-    if more.mesh:
-        said.append(f"the mesh's uncertainty from {more.mesh}")
-    own = replace(
-        options,
-        noise={name: sensor.noise for name, sensor in base.sensors.items() if sensor.noise},
-        time_offset=base.inversion.nuisance.get("time_offset", 0.0),
-    )
-    corrected, verifier = None, None
-    if more.mesh_correction:
-        refuse_uncorrectable(dataset, read, base, own)
-        fine = fine_mesh(base, base)
-        verifier = solver_of(fine)
-        corrected = correct_campaign(dataset, verifier, fine, [*read.channels], progress, own.seed)
-        dataset = corrected.dataset
-        said.append("what the mesh correction leaves uncertain")
-
-    def columns(observations: Observations, mode: Mode) -> Array:
-        theta = {name: float(v) for name, v in zip(dataset.names, mode.theta, strict=True)}
-        parts = [nuisance_columns(solver, nuisances, theta, observations, mode.t0)]
-        parts += [discrepancy_columns(shares, observations)] if shares else []
-        parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
-        parts += [corrected.columns(observations, mode)] if corrected else []
-        return np.hstack(parts)
-
-    shot = Shot(dataset, read, solver, own, columns if said else None, tuple(said), campaign, case=base)
-    if corrected is None:
-        return shot
-    run = corrected.forward(solver)
-    return replace(shot, forward=run, verifier=verifier, mesh_correction=corrected.figures)
+    said += [f"the mesh's uncertainty from {more.mesh}"] if more.mesh else []
+    said += ["what the mesh correction leaves uncertain"] if more.mesh_correction else []
+    return tuple(said)
 
 
 def refuse_uncorrectable(dataset: Dataset, measured: Measured, case: Case, options: InversionOptions) -> None:
@@ -377,7 +375,7 @@ def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Ca
     """The campaign that was run for a case, and its folder; raises UserError when none was."""
     datasets = [load_dataset(folder) for folder in folders]
     if case is not None and len(folders) > 1:
-        given = case if isinstance(case, Case) else load_case(case)
+        given = as_case(case)
         for folder, dataset in zip(folders, datasets, strict=True):
             if case_hash(given) == dataset.case_hash:
                 return dataset, campaign_case(folder, dataset, given), folder
@@ -386,7 +384,7 @@ def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Ca
 
 def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -> Case:
     """The case that the campaign varied; raises UserError when the given one is another."""
-    given = case if isinstance(case, Case) else load_case(doe / "case.toml" if case is None else case)
+    given = as_case(doe / "case.toml" if case is None else case)
     if case_hash(given) == dataset.case_hash:
         if other := CampaignFolder(doe).other_sources(given):
             warnings.warn(

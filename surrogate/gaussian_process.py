@@ -39,16 +39,14 @@ NORMAL_95 = 1.959964  # standard deviations from a Gaussian's mean to the ends o
 class GaussianProcess:
     """One zero-mean process y(u) for scaled features u (., d).
 
-    model: regressor on y in units of `scale`, kernel: with its hyperparameters; loo, loo_sd: (n,) leave-one-out
-    predictions of y and the standard deviations that the process states for them; errors: (n,) of `loo`; locality:
-    power of the correlation that weighs these errors.
+    model: regressor on y in units of `scale`, kernel: with its hyperparameters; loo: (n,) leave-one-out
+    predictions of y; errors: (n,) of them; locality: power of the correlation that weighs these errors.
     """
 
     model: GaussianProcessRegressor
     kernel: Kernel
     scale: float
     loo: Array
-    loo_sd: Array
     q2: float
     errors: Array
     locality: float
@@ -74,10 +72,10 @@ class GaussianProcess:
         with threadpool_limits(limits=1, user_api="blas"):
             model.fit(u, y / scale)
         fitted: Any = model.kernel_
-        loo, loo_sd = leave_one_out(fitted(u), y / scale)
+        loo = leave_one_out(fitted(u), y / scale)
         errors = y / scale - loo
         locality = _locality(_correlation(fitted, u, u), errors**2)
-        return cls(model, fitted, scale, loo * scale, loo_sd * scale, q2(y, loo * scale), errors * scale, locality)
+        return cls(model, fitted, scale, loo * scale, q2(y, loo * scale), errors * scale, locality)
 
     @property
     def nugget(self) -> float:

@@ -38,14 +38,12 @@ def describe(runs: int) -> str:
     )
 
 
-def input_times(
-    measured: Mapping[str, Array], dataset: Dataset, t0: float = 0.0, most: int = MOST_TIMES
-) -> dict[str, Array]:
+def input_times(measured: Mapping[str, Array], dataset: Dataset, t0: float = 0.0) -> dict[str, Array]:
     """Instants [s] of each measured channel that the network reads; see `describe_times`.
 
     measured: channel -> its instants on the record's clock, which is t0 [s] ahead of the model's.
     """
-    return {channel: _thinned(times, t0 + _first_motion(dataset, channel), most) for channel, times in measured.items()}
+    return {channel: _thinned(times, t0 + _first_motion(dataset, channel)) for channel, times in measured.items()}
 
 
 def describe_times(chosen: Mapping[str, Array]) -> str:
@@ -63,10 +61,10 @@ def _first_motion(dataset: Dataset, channel: str) -> float:
     return float(dataset.time[np.argmax(size >= FIRST_MOTION * size.max())])
 
 
-def _thinned(times: Array, first_motion: float, most: int) -> Array:
-    if len(times) <= most:
+def _thinned(times: Array, first_motion: float) -> Array:
+    if len(times) <= MOST_TIMES:
         return times
     moving = times[times >= first_motion]
-    if len(moving) < most:
-        return times[-most:]
-    return moving[np.linspace(0, len(moving) - 1, most).round().astype(int)]
+    if len(moving) < MOST_TIMES:
+        return times[-MOST_TIMES:]
+    return moving[np.linspace(0, len(moving) - 1, MOST_TIMES).round().astype(int)]

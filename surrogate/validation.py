@@ -35,12 +35,11 @@ def rmse(truth: Array, predicted: Array) -> float:
     return float(np.sqrt(np.mean((truth - predicted) ** 2)))
 
 
-def leave_one_out(covariance: Array, values: Array) -> tuple[Array, Array]:
-    """Predictions and standard deviations (n,) of each value by the others, of a zero-mean Gaussian process.
+def leave_one_out(covariance: Array, values: Array) -> Array:
+    """Predictions (n,) of each value by the others, of a zero-mean Gaussian process.
 
-    covariance: (n, n), nugget included; values: (n,). With Q = K^-1: mean_i = y_i - (Q y)_i / Q_ii, var_i = 1 / Q_ii;
-    hyperparameters are kept. Dubrule, Mathematical Geology 15 (1983) 687; Rasmussen and Williams 2006, eq. 5.12.
+    covariance: (n, n), nugget included; values: (n,). With Q = K^-1: mean_i = y_i - (Q y)_i / Q_ii; hyperparameters
+    are kept. Dubrule, Mathematical Geology 15 (1983) 687; Rasmussen and Williams 2006, eq. 5.12.
     """
     inverse = np.linalg.inv(covariance)
-    diagonal = np.diag(inverse)
-    return values - inverse @ values / diagonal, 1.0 / np.sqrt(diagonal)
+    return values - inverse @ values / np.diag(inverse)

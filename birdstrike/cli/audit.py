@@ -10,7 +10,7 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import Json, RetryFailed, console, framed, progress_bar, say
+from birdstrike.cli.frame import Json, RetryFailed, Workers, console, framed, progress_bar, say
 
 CASE = "audit_strike"
 
@@ -38,7 +38,7 @@ def command(
     ] = True,
     alpha: Annotated[float, typer.Option(help="Rate of false alarms.")] = 0.05,
     seed: Annotated[int, typer.Option(min=0, help="Of the truths and of every diagnosis.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, help="Simulations at a time; all cores by default.")] = None,
+    workers: Workers = None,
     retry_failed: RetryFailed = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:

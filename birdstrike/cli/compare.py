@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from birdstrike.cli.frame import Json, Settings, framed, overrides, progress_bar, say, warn
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import MeasuredError, UserError
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
@@ -82,7 +82,6 @@ def _theirs(files: Sequence[str | Path], deck: str | Path | None) -> tuple[Histo
 def _by_name(path: Path) -> Histories:
     """Curves by the sensors' names: `histories.csv`, or measured-data CSV."""
     from birdstrike.data.curves import read_histories, read_measured
-    from birdstrike.data.errors import MeasuredError
     from birdstrike.data.histories import Histories
 
     with path.open("rb") as file:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from birdstrike.cli.frame import Json, RetryFailed, framed, progress_bar, say
+from birdstrike.data.errors import UserError
 from birdstrike.data.key_labels import key_labels
 
 if TYPE_CHECKING:
@@ -62,7 +63,6 @@ def compare_methods(
     The truth is the case's own values; retry_failed: runs with a failure on record are tried again. Raises UserError
     for a campaign of another case or without a displacement.
     """
-    from birdstrike.data.errors import UserError
     from birdstrike.inversion.method_comparison import score_methods
 
     if not (table or truths or solver_truths):
@@ -119,7 +119,6 @@ def _bench(doe: Path, out: Path, case: str, retry_failed: bool) -> tuple[KnownCa
 
 def displacement_first(case: str, dataset: Dataset) -> tuple[str, ...]:
     """The channels in their order, but a displacement first: the noise of all is in proportion to its, in mm."""
-    from birdstrike.data.errors import UserError
 
     first = next((name for name, unit in dataset.channel_units.items() if unit == "m"), None)
     if first is None:

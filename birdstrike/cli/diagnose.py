@@ -19,6 +19,7 @@ from birdstrike.cli.frame import (
     Settings,
     ShotCases,
     ShotRecords,
+    Workers,
     console,
     framed,
     names_of,
@@ -76,7 +77,7 @@ def command(
         str, typer.Option(help="Runs that may be added near the fits; auto: up to 10 a case, while they pay.")
     ] = "auto",
     seed: Annotated[int, typer.Option(min=0, help="Of the design and of the simulated p-values.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, help="Simulations at a time; all cores by default.")] = None,
+    workers: Workers = None,
     retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006
     json: Json = False,  # noqa: ARG001 (read by the frame)

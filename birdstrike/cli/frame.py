@@ -63,6 +63,7 @@ ShotRecords = Annotated[
 ShotCases = Annotated[
     list[str], typer.Option("--case", help="Case of each further --measured, in order; none: all are of CASE.")
 ]
+Workers = Annotated[int | None, typer.Option(min=1, help="Simulations at a time; all cores by default.")]
 Settings = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help='Override the case: --set plate.thickness="8 mm".')
 ]
@@ -293,13 +294,14 @@ MOST_RUNS = 1000
 
 def refinement_runs(text: str) -> int | str:
     """Runs that may be added; "auto" as it is. Raises UserError."""
-    from birdstrike.data.errors import UserError
     from birdstrike.inversion.estimation.refinement import AUTO
 
-    if text != AUTO and not text.isdecimal():
+    if text == AUTO:
+        return text
+    if not text.isdecimal():
         raise UserError(f'--refine = {text} must be a number of runs, 0 or more, or "{AUTO}"')
-    if text != AUTO and int(text) > MOST_RUNS:
+    if int(text) > MOST_RUNS:
         raise UserError(
             f"--refine = {text} is more than {MOST_RUNS} runs near one answer; enlarge the campaign: run-doe --runs"
         )
-    return text if text == AUTO else int(text)
+    return int(text)

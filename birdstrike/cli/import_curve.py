@@ -57,18 +57,18 @@ def import_curve(
     if picture is not None and Path(picture).suffix.lower() not in PICTURES:
         raise UserError(f"--picture {picture}: a picture ends in {', '.join(PICTURES)}, which tells its format")
     options = ImportOptions(
-        sensors,
-        time,
-        units or {},
-        scales or {},
-        shift,
-        node,
-        simulated,
-        decimal,
-        table,
-        per or {},
-        rate,
-        tuple(sigma or ()),
+        sensors=sensors,
+        time=time,
+        units=units or {},
+        scales=scales or {},
+        shift=shift,
+        node=node,
+        simulated=simulated,
+        decimal=decimal,
+        table=table,
+        per=per or {},
+        rate=rate,
+        stated=tuple(sigma or ()),
     )
     record = import_record(path, options)
     if zero:
@@ -144,8 +144,7 @@ def command(
     if decimal not in ("", ",", "."):
         raise UserError(f'--decimal {decimal} is no mark of decimals; write --decimal "," or --decimal "."')
     columns = _columns(sensor)
-    factors = {name: factor_of(text) for name, text in _of_sensors("--scale", scale, columns).items()}
-    units = {name: unit for name, (_, unit, _) in factors.items() if unit}
+    scales, units, per = factors_of(_of_sensors("--scale", scale, columns))
     units |= _of_sensors("--unit", unit, columns) | ({"time": time_unit} if time_unit else {})
     record = import_curve(
         file,
@@ -153,11 +152,11 @@ def command(
         columns,
         time=time,
         units=units,
-        scales={name: number for name, (number, _, _) in factors.items()},
+        scales=scales,
         shift=shift,
         node=node,
         simulated=simulated,
-        per={name: per for name, (_, _, per) in factors.items() if per},
+        per=per,
         decimal=decimal,
         table=table,
         zero=zero,
@@ -216,6 +215,14 @@ def _of_sensors(option: str, texts: Iterable[str], sensors: Mapping[str, str]) -
             raise UserError(f"{option} {text}: {name.strip()} is no --sensor; named: {', '.join(sensors)}")
         found |= {name.strip(): value.strip()} if sign else dict.fromkeys(sensors, value.strip())
     return found
+
+
+def factors_of(texts: Mapping[str, str]) -> tuple[dict[str, float], dict[str, str], dict[str, str]]:
+    """Sensor -> its factor, the unit that this gives, and the one that it takes, where it has units."""
+    found = {name: factor_of(text) for name, text in texts.items()}
+    units = {name: given for name, (_, given, _) in found.items() if given}
+    per = {name: taken for name, (_, _, taken) in found.items() if taken}
+    return {name: number for name, (number, _, _) in found.items()}, units, per
 
 
 def factor_of(text: str) -> tuple[float, str, str]:

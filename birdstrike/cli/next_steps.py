@@ -6,6 +6,8 @@ import shlex
 from collections.abc import Iterable
 from pathlib import Path
 
+from birdstrike.data.errors import UserError
+
 MOST_FILES = 200
 """Files of the current folder that are looked at."""
 
@@ -25,10 +27,9 @@ def set_again(settings: Iterable[str]) -> list[str]:
     return [word for setting in settings for word in ("--set", setting)]
 
 
-def record_here(sensors: Iterable[str], otherwise: str = "shot.csv") -> str:
-    """The only measured-data CSV of the current folder whose channels the case has; else a name that stands for it."""
+def record_here(sensors: Iterable[str]) -> str:
+    """The only measured-data CSV of the current folder whose channels the case has; else "shot.csv" stands for it."""
     from birdstrike.data.curves import read_measured
-    from birdstrike.data.errors import UserError
 
     known, found = set(sensors), list[str]()
     for path in _files("*.csv"):
@@ -39,12 +40,11 @@ def record_here(sensors: Iterable[str], otherwise: str = "shot.csv") -> str:
                 found.append(str(path))
         except (UserError, OSError):
             continue
-    return found[0] if len(found) == 1 else otherwise
+    return found[0] if len(found) == 1 else "shot.csv"
 
 
 def case_here(channels: Iterable[str]) -> str | None:
     """The only case file of the current folder that has sensors for the channels; None for none or several."""
-    from birdstrike.data.errors import UserError
     from birdstrike.solver.case.case import load_case
 
     needed, found = set(channels), list[str]()

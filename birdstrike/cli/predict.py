@@ -14,6 +14,7 @@ from birdstrike.cli.frame import (
     Json,
     RetryFailed,
     Settings,
+    Workers,
     console,
     framed,
     names_of,
@@ -55,7 +56,7 @@ def command(
         str, typer.Option(metavar="NAME,...", help="Explanations that are used; all of the 95 % set by default.")
     ] = "",
     seed: Annotated[int, typer.Option(min=0, help="Of the draws and of the emulator.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, help="Simulations at a time; all cores by default.")] = None,
+    workers: Workers = None,
     retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006
     json: Json = False,  # noqa: ARG001 (read by the frame)

@@ -177,7 +177,7 @@ def _among_random(value: float | None, percentile: float | None) -> str:
 
 def _conclude(out: Path, loaded: Case, planned: int, quality: Quality) -> dict[str, Any]:
     """The last lines; RunFailed when runs had to be left out, after everything has been written."""
-    from birdstrike.doe.campaign.folder import read_json
+    from birdstrike.data.files import read_json
     from birdstrike.surrogate.features import runs_needed
 
     summary = read_json(out / "summary.json")

@@ -13,8 +13,9 @@ import typer
 from rich.markup import escape
 
 from birdstrike.cli.close_the_loop import diagnosis_lines, stage_display
-from birdstrike.cli.frame import Json, errors, framed, say, warn
+from birdstrike.cli.frame import Json, Workers, errors, framed, say, warn
 from birdstrike.cli.next_steps import command_line
+from birdstrike.data.errors import CaseError, UserError
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
@@ -83,7 +84,6 @@ def start(
 
 def begin(asked: Answers, out: Path | None, say: Callable[[str], None]) -> Begun:
     """The interview, and what follows from it: answers, case and picture in the folder. Raises UserError."""
-    from birdstrike.data.errors import UserError
     from birdstrike.data.files import write_atomically
     from birdstrike.data.out_folder import reserved
     from birdstrike.questions.case_file import case_text
@@ -109,7 +109,6 @@ def _consistent(asked: Answers) -> tuple[Shot, Case]:
     import tomllib
 
     from birdstrike.cli.import_curve import factor_of
-    from birdstrike.data.errors import CaseError, UserError
     from birdstrike.questions.case_file import case_text
     from birdstrike.questions.shot import Interview
     from birdstrike.solver.case.case import load_case
@@ -234,7 +233,7 @@ def _imported(begun: Begun, shift: float) -> None:
     """Write the record, its clock shifted [s], by the reader of `birdstrike import`."""
     from dataclasses import replace
 
-    from birdstrike.cli.import_curve import factor_of, import_curve
+    from birdstrike.cli.import_curve import factors_of, import_curve
     from birdstrike.data.curves import read_measured, write_measured
 
     shot, text = begun.shot, f"{1e6 * shift:.1f} us"
@@ -243,8 +242,7 @@ def _imported(begun: Begun, shift: float) -> None:
         note = f"{text} was added to the clock of {shot.record.name}."
         write_measured(begun.record, replace(record, time=record.time + shift, provenance=(*record.provenance, note)))
         return
-    factors = {name: factor_of(column.scale) for name, column in shot.columns.items()}
-    units = {name: unit for name, (_, unit, _) in factors.items() if unit}
+    scales, units, per = factors_of({name: column.scale for name, column in shot.columns.items()})
     units |= {name: column.unit for name, column in shot.columns.items() if column.unit}
     import_curve(
         shot.record,
@@ -252,8 +250,8 @@ def _imported(begun: Begun, shift: float) -> None:
         {name: column.name for name, column in shot.columns.items()},
         time=shot.time,
         units=units | ({"time": shot.time_unit} if shot.time_unit else {}),
-        scales={name: number for name, (number, _, _) in factors.items()},
-        per={name: per for name, (_, _, per) in factors.items() if per},
+        scales=scales,
+        per=per,
         shift=text if shift else "",
         simulated=shot.simulated,
         decimal=shot.decimal,
@@ -314,7 +312,7 @@ def command(
         Path | None, typer.Option(metavar="FILE", help="Answers in TOML; then nothing is asked.", dir_okay=False)
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of everything; by default named after the record.")] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Runs at a time; all cores by default.")] = None,
+    workers: Workers = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """From a measured file to a report: asks for plate, bird, impact and sensors, writes the case, closes the loop.
@@ -327,7 +325,6 @@ def command(
 
     In scripts: birdstrike start --answers shot/answers.toml
     """
-    from birdstrike.data.errors import UserError
     from birdstrike.questions.answers import Answers, about, read_answers
 
     if record is not None and not record.expanduser().is_file():
@@ -380,8 +377,6 @@ def _prompt(question: Question, error: str) -> str:
 
 def _typed(ask: Callable[..., Any], text: str, **shown: Any) -> Any:
     """What the user types; raises KeyboardInterrupt on Ctrl-C, and UserError where nobody is there to type."""
-    from birdstrike.data.errors import UserError
-
     try:
         return ask(text, **shown)
     except typer.Abort as error:

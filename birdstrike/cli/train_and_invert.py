@@ -14,6 +14,7 @@ from birdstrike.cli.frame import (
     Channels,
     Json,
     RetryFailed,
+    ShotRecords,
     console,
     framed,
     names_of,
@@ -23,6 +24,7 @@ from birdstrike.cli.frame import (
     warn,
 )
 from birdstrike.cli.next_steps import following
+from birdstrike.data.errors import UserError
 from birdstrike.data.key_labels import key_labels
 
 if TYPE_CHECKING:
@@ -59,9 +61,7 @@ def command(
     doe: Annotated[
         list[Path], typer.Argument(metavar="DOE...", help="Folder of a finished campaign (run-doe); one for each case.")
     ],
-    measured: Annotated[
-        list[str], typer.Option(help="Measured-data CSV, or the name of a shipped curve; again for each further shot.")
-    ],
+    measured: ShotRecords,
     out: Annotated[Path, typer.Option(help="Folder for inversion.json and what belongs to it.")],
     trainer: Annotated[
         Trainer, typer.Option(help="Levenberg-Marquardt, Adam, Bayesian regularisation, or 50 networks at once.")
@@ -161,7 +161,6 @@ def command(
 
 def _neurons(text: str) -> int | None:
     """Hidden neurons; None for a search. Raises UserError."""
-    from birdstrike.data.errors import UserError
 
     if text == "search":
         return None

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import read_json
 from birdstrike.data.units import display
-from birdstrike.doe.campaign.folder import CampaignFolder, design_rows, read_json, refusal_of_other_case, space_json
+from birdstrike.doe.campaign.folder import CampaignFolder, design_rows, refusal_of_other_case, space_json
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace

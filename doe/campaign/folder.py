@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_atomically, write_json
+from birdstrike.data.files import read_json, write_atomically, write_json
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
@@ -210,16 +210,6 @@ def space_json(space: ParameterSpace) -> dict[str, list[Any]]:
         "highs": space.highs.tolist(),
         "scales": ["logarithmic" if logarithmic else "linear" for logarithmic in space.logarithmic],
     }
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """A JSON object, {} where the file does not exist; UserError when it is damaged."""
-    if not path.exists():
-        return {}
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise UserError(f"{path} is damaged ({error}); delete it to resume its campaign, or choose another") from error
 
 
 def _words(kind: str, runs: int, seed: int | None, source: str | None) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +20,13 @@ from birdstrike.solver.case.case import Case
 from birdstrike.solver.simulate import simulate
 
 Shown = Callable[[RunCounts], None]
+Counter = Callable[[], AbstractContextManager[Shown]]
+"""Makes the bar that is shown the counts of the runs."""
+
+
+def uncounted() -> AbstractContextManager[Shown]:
+    """No bar of simulations."""
+    return nullcontext(lambda _: None)
 
 
 class Simulations:

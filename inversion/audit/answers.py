@@ -53,18 +53,16 @@ def answer_key(experiment: Experiment, options: DiagnosisOptions, noise: int) ->
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
 
 
-def answered(
-    experiment: Experiment, place: Path, options: DiagnosisOptions, noise: int = 0, retry_failed: bool = False
-) -> dict[str, Any]:
+def answered(experiment: Experiment, place: Path, options: DiagnosisOptions, noise: int = 0) -> dict[str, Any]:
     """The answer to a record: the content of diagnosis.json under `diagnosis`, or why there is none under `failed`.
 
-    place: folder of the audit, in which the answer is stored; noise: 0 for the record as it is, else the number of a
-    further draw of the noise; retry_failed: a stored failure is tried again.
+    place: folder of the audit, in which the answer is stored, a stored failure tried again where the options ask for a
+    retry; noise: 0 for the record as it is, else the number of a further draw of the noise.
     """
     path = place / "answers" / f"{experiment.name}{f'_noise{noise}' if noise else ''}.json"
     key = answer_key(experiment, options, noise)
     known = stored(path, key)
-    if known is not None and not (retry_failed and "failed" in known):
+    if known is not None and not (options.retry and "failed" in known):
         return known
     found = {"key": key, **_made(experiment, place, options, noise)}
     write_json(path, found)

@@ -16,15 +16,15 @@ from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
 from birdstrike.doe.campaign.run import retry_before
-from birdstrike.doe.campaign.simulations import Simulations
+from birdstrike.doe.campaign.simulations import Simulations, uncounted
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.inversion.audit.answers import answered, code_digest
 from birdstrike.inversion.audit.records import Experiment, find_experiments, read_truth
 from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
 from birdstrike.inversion.audit.truth_runs import layouts, make_experiments
-from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, quiet, uncounted
-from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, quiet
+from birdstrike.solver.case.case import Case, as_case, case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION
 
 CASE = "audit_strike"
@@ -76,7 +76,7 @@ def audit(
         raise UserError(f"--experiments {folder} and --make exclude each other: truths are made in --out")
     made = place / "experiments"
     if make or forms:
-        declared = case if isinstance(case, Case) else load_case(case)
+        declared = as_case(case)
         wanted = tuple(one for one in layouts(declared) if _fits(len(one.channels), one.shots, channels, shots))
         with Simulations(place / "truths", (), choice.workers, retry=choice.retry) as simulations:
             for count, other in ((make, False), (forms, True)):
@@ -91,7 +91,7 @@ def audit(
     if not found:
         lacking = [f"{n} {name}" for n, name in ((channels, "channels"), (shots, "shots")) if n is not None]
         raise UserError(f"no experiment in {source} has {' and '.join(lacking)}")
-    scores, failed, left = _scored(found, place, choice, draws, most, retry_failed, progress, say)
+    scores, failed, left = _scored(found, place, choice, draws, most, progress, say)
     return _written(place, scores, failed, left, choice, draws, command)
 
 
@@ -105,7 +105,6 @@ def _scored(
     options: DiagnosisOptions,
     draws: int,
     most: int | None,
-    retry_failed: bool,
     progress: Callable[[float], None],
     say: Callable[[str], None],
 ) -> tuple[list[Score], dict[str, str], int]:
@@ -130,11 +129,11 @@ def _scored(
 
     first = {one.case.read_text(encoding="utf-8"): i for i, (one, _) in reversed([*enumerate(asked)])}
     for i in sorted(first.values()):
-        take(i, _answered_and_scored(names[i], *asked[i], place, options, retry_failed))
+        take(i, _answered_and_scored(names[i], *asked[i], place, options))
     alone = replace(options, workers=1, display=quiet, counter=uncounted, say=warnings.warn)
     with process_pool(worker_count(options.workers)) as pool:
         rest = {
-            pool.submit(_answered_and_scored, names[i], *task, place, alone, retry_failed): i
+            pool.submit(_answered_and_scored, names[i], *task, place, alone): i
             for i, task in enumerate(asked)
             if i not in first.values()
         }
@@ -143,11 +142,9 @@ def _scored(
     return [scores[name] for name in names if name in scores], failed, len(tasks) - len(asked)
 
 
-def _answered_and_scored(
-    name: str, one: Experiment, noise: int, place: Path, options: DiagnosisOptions, retry_failed: bool
-) -> Score | str:
+def _answered_and_scored(name: str, one: Experiment, noise: int, place: Path, options: DiagnosisOptions) -> Score | str:
     """The score of a record, or why it has no answer."""
-    answer = answered(one, place, options, noise, retry_failed)
+    answer = answered(one, place, options, noise)
     return answer["failed"] if "failed" in answer else _score(name, one, answer, place, options)
 
 

@@ -18,12 +18,12 @@ from numpy.random import Generator
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT, family_of
+from birdstrike.inversion.diagnosis.instrument import able_sensors, with_faults
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT, OTHER_LATTICE, can_be_told
 from birdstrike.inversion.formatting import label_parts
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.effects.registry import effect_named, effects
-from birdstrike.solver.sensors.instrument import Instrument
 
 CLEAN, SINGLE, PAIR, OUTSIDE = "clean", "single", "pair", "outside"
 SHARES = {CLEAN: 0.30, SINGLE: 0.54, PAIR: 0.08, OUTSIDE: 0.08}
@@ -106,15 +106,8 @@ def label_of(case: Case, rng: Generator) -> str:
     if places := [one for one in effects()[name].places(case) if can_be_told(one)]:
         return str(rng.choice([name, *(f"{name}.{place}" for place in places)]))
     if name in INSTRUMENT:
-        return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able_sensors(case, name))]))
+        return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able_sensors(name, case, case.sensors))]))
     return f"{name}@{SHOTS[0]}" if name in OF_SHOT and rng.uniform() < 0.5 else name
-
-
-def able_sensors(case: Case, name: str) -> list[str]:
-    """Sensors that a fault may act on alone: a drift is in m/s, and no instrument reads the contact force."""
-    refused = {"sensor_bandwidth": ("contact_force",)}.get(name, ())
-    kinds = {sensor: one.kind for sensor, one in case.sensors.items() if one.kind not in refused}
-    return [sensor for sensor, kind in kinds.items() if name != "sensor_drift" or kind == "displacement"]
 
 
 def name_of(label: str) -> str:
@@ -234,20 +227,5 @@ def with_effects_of(case: Case, effects: Mapping[str, float], shot: str) -> Case
     acting = {label: value for label, value in effects.items() if value and label.partition("@")[2] in ("", shot)}
     common = {label.split("@")[0]: value for label, value in acting.items() if not sensor_of(label)}
     found = case.with_effects({**case.effects, **common}) if common else case
-    table = {}
-    for label, value in acting.items():
-        if sensor := sensor_of(label):
-            name = name_of(label)
-            table.setdefault(sensor, {}).update(_fault(name, value, found.instrument.get(sensor, Instrument())))
-    return found.overlaid({"instrument": table}) if table else found
-
-
-def _fault(name: str, value: float, own: Instrument) -> Raw:
-    """Keys of an instrument with a fault of one sensor."""
-    if name == "sensor_gain":
-        return {"gain": own.gain * (1.0 + value)}
-    if name == "time_offset":
-        return {"time_offset": quantity_text(own.time_offset + value, "s")}
-    if name == "sensor_drift":
-        return {"drift": quantity_text(own.drift + value, "m/s")}
-    return {"bandwidth": quantity_text(1.0 / (2.0 * np.pi * max(value, 1e-9)), "1/s")}
+    faults = [(sensor, name_of(label), value) for label, value in acting.items() if (sensor := sensor_of(label))]
+    return with_faults(found, faults)

@@ -36,6 +36,7 @@ from birdstrike.inversion.audit.draws import (
     sensor_of,
 )
 from birdstrike.inversion.audit.records import CURVES, TRUTH, Truth, curves_text, truth_text
+from birdstrike.inversion.diagnosis.instrument import able_sensors
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.write import case_toml
 
@@ -74,14 +75,12 @@ def make_experiments(
     *,
     forms: bool = False,
     wanted: tuple[Layout, ...] = (),
-    progress: Callable[[float], None] = lambda _: None,
-) -> list[str]:
-    """Write the experiments of `count` truths into `folder`, those that are there already left alone; their names.
+) -> None:
+    """Write the experiments of `count` truths into `folder`, those that are there already left alone.
 
     forms: of the model-form variant; wanted: by default all layouts; a layout has its number whatever is wanted. Raises
     RunFailed where a truth fails every time.
     """
-    found = []
     own = {i: one for i, one in enumerate(layouts(case)) if not wanted or one in wanted}
     folder.mkdir(parents=True, exist_ok=True)
     for number in range(count):
@@ -94,9 +93,6 @@ def make_experiments(
             for name, (i, layout) in zip(names, own.items(), strict=True):
                 rng = np.random.default_rng([seed, number, int(forms), i])
                 _write(folder, name, case, drawn, layout, columns, rng, stem)
-        found += names
-        progress((number + 1) / count)
-    return found
 
 
 def _simulated(
@@ -154,7 +150,7 @@ def _drifts(case: Case, drawn: Drawn, role: str) -> dict[str, float]:
     for label, value in drawn.effects.items():
         if name_of(label) == "sensor_drift":
             sensor = sensor_of(label)
-            those = [sensor] if sensor else [n for n, s in case.sensors.items() if s.kind == "displacement"]
+            those = (sensor,) if sensor else able_sensors("sensor_drift", case, case.sensors)
             found.update(dict.fromkeys(those, value))
     return found
 

@@ -69,7 +69,7 @@ def alarm(ranking: Ranking, seed: int = 0, draws: int = DRAWS) -> float:
     fit = ranking.fits[NONE]
     weights = fit.evidence.weights
     kept = np.flatnonzero(weights > KEPT * weights.max())
-    labels = [label for label, model in ranking.models.items() if len(model.members) == 1]
+    labels = list(ranking.singles)
     priors = np.array([ranking.models[label].prior for label in labels])
     other = ranking.models[SOMETHING_ELSE].prior
     rng = np.random.default_rng(seed)

@@ -33,6 +33,7 @@ from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.formatting import in_words, label_parts
+from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.effects import SHOWN, shown
 from birdstrike.solver.effects.registry import effects, kind_of
@@ -250,12 +251,8 @@ class Diagnosis(Displayed):
     def draw(self) -> tuple[Any, ...]:
         """The probabilities, and the first channel where the curves are at hand."""
         curves = next(iter(self.curves.values()), {})
-        channels = [partial(_plotted, self.plot, name) for name in list(curves)[:1]]
+        channels = [partial(self.plot, name) for name in list(curves)[:1]]
         return (lambda axes: self.plot(axes=axes), *channels)
-
-
-def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
-    return plot(name, axes)
 
 
 def verdict_of(
@@ -551,26 +548,21 @@ def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: Solve
         off = shot.record.values - run.curve
         solver = {
             "rmse": rms_by_channel(shot, off),
-            "weighted": whitened(off - mean, sd),
-            "raw": whitened(off, noise),
-            "off": whitened(run.curve - curve, sd),
+            "weighted": rms((off - mean) / sd),
+            "raw": rms(off / noise),
+            "off": rms((run.curve - curve) / sd),
             "rmse_less_baseline": None,
         }
     return State(
         model=label,
         rmse=rms_by_channel(shot, residual),
-        weighted=whitened(residual - mean, sd),
-        raw=whitened(residual, noise),
+        weighted=rms((residual - mean) / sd),
+        raw=rms(residual / noise),
         heldout=in_short(held),
         parameters=parameters(fit, shot, ranking.models[label]),
         solver=solver,
         rmse_less_baseline=rms_by_channel(shot, residual - mean) if beside else None,
     )
-
-
-def whitened(residual: Array, sd: Array) -> float:
-    """RMS of a residual over its standard deviation."""
-    return float(np.sqrt(np.mean((residual / sd) ** 2)))
 
 
 def in_short(held: list[Held]) -> dict[str, float | None]:

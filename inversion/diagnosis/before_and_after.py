@@ -13,17 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.units import quantity_text
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
+from birdstrike.inversion.diagnosis.instrument import with_faults
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem, each
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Record, Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, build
+from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.overlay import Raw
-from birdstrike.solver.sensors.instrument import Instrument
 
 BLOCK = (0.45, 0.75)  # of the record: a stretch behind the peak, long beside the discrepancy's correlation time
 FEWEST = 5  # points left in a channel
@@ -213,7 +212,7 @@ def _rows(shots: Sequence[Shot], names: Sequence[str]) -> NDArray[np.intp]:
 
 @dataclass(frozen=True)
 class SolverRun:
-    """One run at a fit. curve: (n,) on the record's points; mismatch: RMS of the run less the fit by channel, SI."""
+    """One run at a fit. case: what was run; curve: (n,) SI on the record's points."""
 
     case: Case
     curve: Array
@@ -228,25 +227,12 @@ def case_at(shot: Shot, fit: Fit, hypothesis: Hypothesis) -> Case:
     common = {name: value for name, value in common.items() if np.isfinite(value) and value}
     if common:
         case = case.with_effects({**case.effects, **common})
-    single = [one for one in acting if one.label.split("@")[0] != one.name]
-    table = _instruments(case, [(one, one.magnitude(sizes[one.label])) for one in single])
-    return case.overlaid(table) if table else case
-
-
-def _instruments(case: Case, faults: Sequence[tuple[Suspect, float]]) -> Raw:
-    """Tables of the instruments of single sensors with a fault in each."""
-    table: Raw = {}
-    for one, x in faults:
-        sensor = one.fault.sensors[0] if one.fault else ""
-        own = case.instrument.get(sensor, Instrument())
-        changed = {
-            "sensor_gain": {"gain": own.gain * (1.0 + x)},
-            "time_offset": {"time_offset": quantity_text(own.time_offset + x, "s")},
-            "sensor_drift": {"drift": quantity_text(own.drift + x, "m/s")},
-            "sensor_bandwidth": {"bandwidth": quantity_text(1.0 / (2.0 * np.pi * max(x, 1e-9)), "1/s")},
-        }[one.name]
-        table.setdefault("instrument", {}).setdefault(sensor, {}).update(changed)
-    return table
+    faults = [
+        (one.fault.sensors[0], one.name, one.magnitude(sizes[one.label]))
+        for one in acting
+        if one.fault is not None and one.label.split("@")[0] != one.name
+    ]
+    return with_faults(case, faults)
 
 
 def run_at(
@@ -266,10 +252,7 @@ def carried(shot: Shot, histories: Histories) -> Array:
 
 def rms_by_channel(shot: Shot, residual: Array) -> dict[str, float]:
     """channel -> RMS of a residual (n,), SI."""
-    return {
-        trace.name: float(np.sqrt(np.mean(residual[shot.record.channel == i] ** 2)))
-        for i, trace in enumerate(shot.record.traces)
-    }
+    return {trace.name: rms(residual[shot.record.channel == i]) for i, trace in enumerate(shot.record.traces)}
 
 
 def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, first: Shot) -> Held:

@@ -11,10 +11,9 @@ from typing import Any
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from birdstrike.data.curves import LONGEST, Measured, read_measured, refuse_twice, shot_names
+from birdstrike.data.curves import LONGEST, Measured, as_measured, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.files import write_atomically
-from birdstrike.data.paths import resolve_measured
 from birdstrike.data.tree import save_tree
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations
@@ -22,7 +21,7 @@ from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, Diagnosis
 from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
 from birdstrike.inversion.diagnosis.evidence import AUTO, birds_apart
 from birdstrike.inversion.diagnosis.model_file import FILE
-from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, quiet, uncounted
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan, unpredictable
 from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
@@ -30,10 +29,9 @@ from birdstrike.inversion.diagnosis.solver_update import NearFits, with_runs
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
 from birdstrike.inversion.formatting import span
 from birdstrike.inversion.observations.reader import Expected, read_record
-from birdstrike.solver.case.case import Case, Parameter, as_case, case_hash
+from birdstrike.solver.case.case import Case, CaseSource, Parameter, as_case, case_hash
 from birdstrike.solver.case.write import case_toml, copy_case, portable_table
 
-CaseLike = str | Path | Case
 RecordLike = str | Path | Measured
 COLUMNS = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
 REFINED_AT_ONCE = 5  # runs, before the emulator is fitted anew
@@ -50,7 +48,7 @@ class NamedRecord:
 
 
 def diagnose(
-    case: CaseLike | Sequence[CaseLike],
+    case: CaseSource | Sequence[CaseSource],
     measured: RecordLike | Sequence[RecordLike],
     out: str | Path,
     doe: str | Path | None = None,
@@ -58,7 +56,7 @@ def diagnose(
     options: DiagnosisOptions | None = None,
     retry_failed: bool = False,
     baseline: Sequence[RecordLike] = (),
-    baseline_case: Sequence[CaseLike] = (),
+    baseline_case: Sequence[CaseSource] = (),
     channels: Sequence[str] = (),
     baseline_bird: str | None = None,
 ) -> Diagnosis:
@@ -137,16 +135,16 @@ class Records:
 
 
 def read_records(
-    case: CaseLike | Sequence[CaseLike],
+    case: CaseSource | Sequence[CaseSource],
     measured: RecordLike | Sequence[RecordLike],
     heldout: RecordLike | None = None,
     baseline: Sequence[RecordLike] = (),
-    baseline_case: Sequence[CaseLike] = (),
+    baseline_case: Sequence[CaseSource] = (),
     channels: Sequence[str] = (),
 ) -> Records:
     """All records of a diagnosis, see `diagnose`; raises UserError for what does not fit, before any simulation."""
     shots = [replace(one, record=one.record.only(channels)) for one in named_records(case, measured)]
-    other = None if heldout is None else read(heldout)
+    other = None if heldout is None else as_measured(heldout)
     refuse(shots, other)
     other = None if other is None else other.only(tuple(shots[0].record.channels))
     clean, warnings = clean_shots(shots, baseline, baseline_case)
@@ -161,12 +159,12 @@ def read_records(
 
 
 def named_records(
-    case: CaseLike | Sequence[CaseLike], measured: RecordLike | Sequence[RecordLike]
+    case: CaseSource | Sequence[CaseSource], measured: RecordLike | Sequence[RecordLike]
 ) -> list[NamedRecord]:
     """Every record with its case; raises UserError when their numbers do not fit."""
     shots = [measured] if isinstance(measured, str | Path | Measured) else [*measured]
-    cases = [case] if isinstance(case, str | Path | Case) else [*case]
-    return matched([loaded(one) for one in cases], [read(one) for one in shots])
+    cases = [case] if isinstance(case, str | Path | Mapping | Case) else [*case]
+    return matched([as_case(one) for one in cases], [as_measured(one) for one in shots])
 
 
 def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRecord]:
@@ -178,16 +176,6 @@ def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRec
             "CASE is the first"
         )
     return [NamedRecord(*one) for one in zip(shot_names(records), cases, records, strict=True)]
-
-
-def loaded(case: CaseLike) -> Case:
-    """A case from its file or as it is."""
-    return as_case(case)
-
-
-def read(measured: RecordLike) -> Measured:
-    """A record from its file or as it is."""
-    return measured if isinstance(measured, Measured) else read_measured(resolve_measured(measured))
 
 
 def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
@@ -245,7 +233,7 @@ def unusable(record: Measured, case: Case) -> list[str]:
         ends = f"{record.path}: ends at {1e3 * end:.3g} ms, the simulation at {1e3 * case.time.end:.3g} ms"
         return [f"{ends}; shorten time.end, or use the whole record"]
     try:
-        read_record(record, replace(Expected.of_case(case, case.time.end), of=f"case {case.name}"))
+        read_record(record, Expected.of_case(case, case.time.end))
     except MeasuredError as error:
         return list(error.errors)
     return []
@@ -261,7 +249,7 @@ def runs_of(campaign: Path) -> Path:
 
 
 def clean_shots(
-    shots: Sequence[NamedRecord], baseline: Sequence[RecordLike], baseline_case: Sequence[CaseLike]
+    shots: Sequence[NamedRecord], baseline: Sequence[RecordLike], baseline_case: Sequence[CaseSource]
 ) -> tuple[list[NamedRecord], tuple[str, ...]]:
     """The baselines that can serve, a warning for each of the others; raises UserError for a file that is not there.
 
@@ -272,13 +260,12 @@ def clean_shots(
     if baseline_case and len(baseline_case) != len(given):
         counts = f"{len(given)} baselines and {len(baseline_case)} of their cases"
         raise UserError(f"{counts}: give a --baseline-case for each --baseline in order, or none at all")
-    cases = [loaded(one) for one in baseline_case] or [first] * len(given)
+    cases = [as_case(one) for one in baseline_case] or [first] * len(given)
     warnings: list[str] = []
     readable: list[tuple[Case, Measured]] = []
     for own, one in zip(cases, given, strict=True):
-        path = one if isinstance(one, Measured) else resolve_measured(one)
         try:
-            readable.append((own, read(path)))
+            readable.append((own, as_measured(one)))
         except MeasuredError as error:
             warnings.append(left_out(f"baseline {one}", "; ".join(error.errors)))
     named = matched([own for own, _ in readable], [record for _, record in readable]) if readable else []
@@ -439,6 +426,3 @@ def case_text(found: Diagnosis, case: Case) -> str:
         head.append(f"This case has {model} in it, the likeliest; it is not attributed.")
     head.append("The calibrated parameters are the refitted ones; the effect stands under [effects] or [instrument].")
     return "".join(f"# {line}\n" for line in head) + case_toml(case, portable_table(case))
-
-
-__all__ = ["DiagnosisOptions", "diagnose", "quiet", "uncounted"]

@@ -147,15 +147,17 @@ class Amplitudes:
         return replace(self, nodes=nodes, log_prior={k: self.log_prior[k] for k in nodes})
 
 
-def unknown_or_stated(
-    kinds: Sequence[str], stated: Mapping[str, float], several: bool = False, nodes: int = NODES
-) -> Amplitudes:
+def node_count(kinds: Sequence[str]) -> int:
+    """Nodes of each kind's amplitude: their combinations are computed."""
+    return NODES if len(kinds) <= 2 else FEWER
+
+
+def unknown_or_stated(kinds: Sequence[str], stated: Mapping[str, float], several: bool = False) -> Amplitudes:
     """Without a baseline.
 
     stated: kind -> share of the peak; several: whether there is more than one shot.
     """
-    count = nodes if len(kinds) <= 2 else FEWER
-    grid = np.geomspace(LEAST, MOST, count)
+    grid = np.geomspace(LEAST, MOST, node_count(kinds))
     found = {kind: np.array([stated[kind]]) if kind in stated else grid for kind in kinds}
     flat = {kind: np.full(len(v), -np.log(len(v))) for kind, v in found.items()}
     own = {kind: remainder(kind) if several else 0.0 for kind in kinds}
@@ -169,7 +171,6 @@ def beside_baselines(
     count: int,
     stated: Mapping[str, float],
     scale: float = 1.0,
-    nodes: int = NODES,
 ) -> Amplitudes:
     """With baselines.
 
@@ -178,9 +179,9 @@ def beside_baselines(
     shown: kind -> amplitude that the baselines alone show, both parts; count: of the baselines; stated: as of
     `unknown_or_stated`; scale: for a sensitivity study.
     """
-    unknown = unknown_or_stated(kinds, stated, True, nodes)
+    unknown = unknown_or_stated(kinds, stated, True)
     learnt = frozenset(kind for kind, share in shown.items() if share <= UNCLEAN)
-    factors = np.geomspace(1.0 / SPREAD_OWN**2, SPREAD_OWN**2, nodes if len(kinds) <= 2 else FEWER)
+    factors = np.geomspace(1.0 / SPREAD_OWN**2, SPREAD_OWN**2, node_count(kinds))
     weights = -0.5 * (np.log(factors) / np.log(SPREAD_OWN)) ** 2
     weights = weights - np.log(np.exp(weights).sum())
     part = SHARED_FACTOR * float(np.sqrt(1.0 - OWN_SHARE))

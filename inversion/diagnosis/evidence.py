@@ -351,11 +351,15 @@ class ModelTester:
         """(sizes of the prior, members) prior deviations of magnitudes."""
         return np.repeat(self.deviations[:, None], members, axis=1) if members else np.zeros((1, 0))
 
+    def _grams_of(self, hypothesis: Hypothesis) -> Grams:
+        """The products of the columns, whitened with something else in the errors where that is the model."""
+        return self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
+
     def at_nodes(self, hypothesis: Hypothesis, sizes: Sequence[float] | Array, only: Indices | None = None) -> Array:
         """(nodes,) log marginal likelihood at each node; sizes: h for the errors of its effects' signatures."""
         members = [one.label for one in hypothesis.members]
         nodes = np.arange(len(self.combinations)) if only is None else only
-        grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
+        grams = self._grams_of(hypothesis)
         reduced = self.reduced(grams, nodes, self._columns(members), self.directions(members, sizes))
         return np.logaddexp.reduce(self._weighed(hypothesis, nodes, reduced, grams)[0], axis=0)
 
@@ -381,7 +385,7 @@ class ModelTester:
         places can be compared by it. sizes: h for the errors of the effects' signatures.
         """
         members, nodes = [one.label for one in hypothesis.members], np.arange(len(self.combinations))
-        grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
+        grams = self._grams_of(hypothesis)
         logs = self._joint(hypothesis, nodes, grams, self.directions())
         if members:
             kept = np.flatnonzero(logs > logs.max() + np.log(NEGLIGIBLE))
@@ -541,7 +545,7 @@ class ModelTester:
     ) -> Array:
         """(count, r + q + ...) free directions, magnitudes and what is not known of signatures, at one node."""
         number, members = np.array([node]), [one.label for one in hypothesis.members]
-        grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
+        grams = self._grams_of(hypothesis)
         columns, directions = self._columns(members), self.directions(members, sizes if members else ())
         logs, _, _ = self._weighed(hypothesis, number, self.reduced(grams, number, columns, directions), grams)
         gram = grams.at(number, [0, *self.free, *columns[1:], *directions.columns[len(self.free) :]])[0]
@@ -651,6 +655,7 @@ def _mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, A
     return mean, within + np.einsum("i,ij,ik->jk", weights, spread, spread)
 
 
+CREDIBLE = 0.95  # of the probability
 COARSE = 0.01
 """Of the evidence that an effect gains: by how much it would err if a tenth of its signature were wrong in a way that
 nothing here knows of. Other simulations of a clamp that had gone altogether moved it by 1.7 %."""
@@ -674,12 +679,12 @@ def probabilities(found: Mapping[str, Evidence]) -> dict[str, float]:
     return dict(zip(found, map(float, softmax(scores)), strict=True))
 
 
-def credible_set(shares: Mapping[str, float], level: float = 0.95) -> tuple[str, ...]:
-    """The likeliest models that together hold `level`."""
+def credible_set(shares: Mapping[str, float]) -> tuple[str, ...]:
+    """The likeliest models that together hold 95 %."""
     chosen, held = [], 0.0
     for name in sorted(shares, key=lambda n: -shares[n]):
         chosen.append(name)
         held += shares[name]
-        if held >= level:
+        if held >= CREDIBLE:
             break
     return tuple(chosen)

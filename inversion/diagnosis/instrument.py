@@ -6,18 +6,20 @@ a fault changes is known exactly, so that no simulation is needed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.instrument import transducers
 from birdstrike.solver.effects.registry import effects
-from birdstrike.solver.sensors.instrument import delayed, low_pass
+from birdstrike.solver.sensors.instrument import Instrument, delayed, low_pass
 
 WIDEST = 10.0  # plausible sizes that are looked for: these signatures are exact
 
@@ -48,7 +50,7 @@ def instrument_effects(case: Case, channels: Sequence[str]) -> tuple[InstrumentE
     for name in INSTRUMENT:
         effect = effects()[name]
         common = tuple(channels) if name == "time_offset" else _own(case, channels)
-        able = _able(name, case, channels)
+        able = able_sensors(name, case, channels)
         common = tuple(c for c in common if c in able)
         size = effect.size(case)
         if common:
@@ -61,8 +63,8 @@ def _own(case: Case, channels: Sequence[str]) -> tuple[str, ...]:
     return tuple(c for c in transducers(case) if c in channels)
 
 
-def _able(name: str, case: Case, channels: Sequence[str]) -> tuple[str, ...]:
-    """Channels that a fault may act on.
+def able_sensors(name: str, case: Case, channels: Iterable[str]) -> tuple[str, ...]:
+    """Those of the channels that a fault may act on.
 
     The library states a drift in m/s: of displacement sensors. No instrument reads the contact force, so that it has no
     bandwidth; a low-pass would only imitate how the layers of a particle lattice arrive one after another.
@@ -86,6 +88,21 @@ def change(name: str, magnitude: float, time: Array, curve: Array) -> Array:
         beyond = np.maximum(time - magnitude - time[-1], 0.0)
         return delayed(time, curve, magnitude) + beyond * np.gradient(curve, time)[-1] - curve
     return low_pass(time, curve, 1.0 / (2.0 * np.pi * magnitude)) - curve if magnitude > 0.0 else np.zeros_like(curve)
+
+
+def with_faults(case: Case, faults: Iterable[tuple[str, str, float]]) -> Case:
+    """The case with faults of single sensors beside what it declares: sensor, name of the effect, magnitude [SI]."""
+    table: dict[str, Raw] = {}
+    for sensor, name, x in faults:
+        own = case.instrument.get(sensor, Instrument())
+        changed = {
+            "sensor_gain": {"gain": own.gain * (1.0 + x)},
+            "time_offset": {"time_offset": quantity_text(own.time_offset + x, "s")},
+            "sensor_drift": {"drift": quantity_text(own.drift + x, "m/s")},
+            "sensor_bandwidth": {"bandwidth": quantity_text(1.0 / (2.0 * np.pi * max(x, 1e-9)), "1/s")},
+        }[name]
+        table.setdefault(sensor, {}).update(changed)
+    return case.overlaid({"instrument": table}) if table else case
 
 
 def signature(name: str, size: float, time: Array, curve: Array, h: float = 0.0) -> Array:

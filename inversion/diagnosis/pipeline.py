@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from birdstrike.doe.campaign.runner import RunCounts
-from birdstrike.doe.campaign.simulations import Simulations
+from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
 from birdstrike.inversion.diagnosis.answer import (
     AMBIGUOUS,
@@ -71,16 +70,10 @@ UPDATES = 3  # rounds of simulations at the fits: an edge that lets go bends the
 MOST_SHARES = 30  # models whose probabilities are listed
 
 Display = Callable[[str], AbstractContextManager[Callable[[float], None]]]
-Counter = Callable[[], AbstractContextManager[Callable[[RunCounts], None]]]
 
 
 def quiet(_: str) -> AbstractContextManager[Callable[[float], None]]:
     """No display."""
-    return nullcontext(lambda _: None)
-
-
-def uncounted() -> AbstractContextManager[Callable[[RunCounts], None]]:
-    """No bar of simulations."""
     return nullcontext(lambda _: None)
 
 
@@ -354,15 +347,7 @@ class Pipeline:
         close: Sequence[str],
     ) -> tuple[str, ...]:
         """The gravest first; close: why the likeliest effect is not attributed."""
-        found = [*self.warnings, *_left_out(setups_of(self.shots)), *self.baselines.warnings]
-        if not self.baselines.shots and ranking.problem.known.source != STATED:
-            found.append(
-                "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "
-                "that only effects larger than the model error can be named; fire a shot in which nothing is changed "
-                "and pass it with --baseline"
-            )
-        found += self._of_birds(ranking)
-        found += close
+        found = [*self.warnings, *_left_out(setups_of(self.shots)), *self._baseline_warnings(ranking), *close]
         if chosen and next(one for one in figures if one.name == chosen).at_bound:
             found.append(
                 f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
@@ -383,6 +368,17 @@ class Pipeline:
         for shot in self.shots:
             found += [f"{shot.name}: {line}" for line in shot.record.warnings]
         return tuple(found)
+
+    def _baseline_warnings(self, ranking: Ranking) -> list[str]:
+        """What the baselines and their bird, or the want of them, mean for the answer."""
+        found = [*self.baselines.warnings]
+        if not self.baselines.shots and ranking.problem.known.source != STATED:
+            found.append(
+                "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "
+                "that only effects larger than the model error can be named; fire a shot in which nothing is changed "
+                "and pass it with --baseline"
+            )
+        return [*found, *self._of_birds(ranking)]
 
 
 def _left_out(setups: Sequence[Setup]) -> list[str]:

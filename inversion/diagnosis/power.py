@@ -16,6 +16,7 @@ from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 
 STEP = 1e-3  # of a range: for the derivative of a parameter's scale
+MOST_ALIKE = 3  # effects that are named beside one
 POWER, ALPHA = 0.8, 0.05
 SIGNAL = float(norm.ppf(1.0 - ALPHA / 2.0) + norm.ppf(POWER))  # of a two-sided test
 
@@ -45,7 +46,7 @@ def scatter_of_sizes(fit: Fit, labels: Sequence[str]) -> Array:
 
 def minimum_detectable(ranking: Ranking) -> dict[str, float | None]:
     """Effect -> SI magnitude; None where even the largest that is looked for stays unseen."""
-    singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
+    singles = ranking.singles
     found: dict[str, float | None] = {}
     for (label, one), sd in zip(singles.items(), scatter_of_sizes(ranking.fits[NONE], list(singles)), strict=True):
         h = SIGNAL * float(sd)
@@ -64,8 +65,8 @@ def absorbed(ranking: Ranking) -> dict[str, float]:
     return {label: float(np.clip(s, 0.0, 1.0)) for label, s in zip(labels, shares, strict=True)}
 
 
-def collinear(ranking: Ranking, most: int = 3) -> dict[str, dict[str, float]]:
-    """Effect -> those most like it, with the cosine of the signatures once parameters have taken their part.
+def collinear(ranking: Ranking) -> dict[str, dict[str, float]]:
+    """Effect -> the three most like it, with the cosine of the signatures once parameters have taken their part.
 
     Of effects that a sensor shows.
     """
@@ -77,7 +78,7 @@ def collinear(ranking: Ranking, most: int = 3) -> dict[str, dict[str, float]]:
     found: dict[str, dict[str, float]] = {}
     for i, label in enumerate(labels):
         order = [j for j in np.argsort(-np.abs(cosine[i])) if j != i and labels[j].split(".")[0] != label.split(".")[0]]
-        found[label] = {labels[j]: float(np.clip(cosine[i, j], -1.0, 1.0)) for j in order[:most]}
+        found[label] = {labels[j]: float(np.clip(cosine[i, j], -1.0, 1.0)) for j in order[:MOST_ALIKE]}
     return found
 
 
@@ -91,7 +92,7 @@ def biases(ranking: Ranking) -> dict[str, dict[str, float]]:
     """Effect -> what one plausible size of it, absent from the model, adds to each parameter of the first shot, SI."""
     fit, shot = ranking.fits[NONE], ranking.problem.shots[0]
     space, at = shot.setup.plan.space, fit.system.at
-    labels = [label for label, model in ranking.models.items() if len(model.members) == 1]
+    labels = list(ranking.singles)
     gram = fit.tester.grams.node(int(fit.evidence.weights.argmax()))
     J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in labels])
     node = np.array([int(fit.evidence.weights.argmax())])

@@ -295,9 +295,14 @@ class Ranking:
         return probabilities(self.evidence)
 
     @property
+    def singles(self) -> dict[str, Suspect]:
+        """Label -> the effect of every model of one effect."""
+        return {label: one.members[0] for label, one in self.models.items() if len(one.members) == 1}
+
+    @property
     def seen(self) -> list[str]:
         """Single effects that a sensor can show."""
-        return [label for label, one in self.models.items() if len(one.members) == 1 and one.members[0].seen]
+        return [label for label, one in self.singles.items() if one.seen]
 
     def refitted(self, label: str) -> Ranking:
         """The same answer with a refit of one of its models."""
@@ -376,7 +381,7 @@ class Ranking:
         return by_family(self.shares, tuple(self.models.values()))
 
 
-def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, refits: int = MOST_REFITS) -> Ranking:
+def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None) -> Ranking:
     """All models of the library over the problem's shots."""
     models = {one.label: one for one in hypotheses(problem.found)}
     singles, pairs = ([one for one in models.values() if len(one.members) == count] for count in (1, 2))
@@ -386,7 +391,7 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     fits = [none, other, *_as_baseline(problem, models[NONE], none)]
     found |= _standings(lambda one: _least_astray(problem, one, fits), singles)
     progress(0.4)
-    found |= _refit_best(problem, singles, found, refits)
+    found |= _refit_best(problem, singles, found)
     progress(0.6)
     found |= _refit_at_best(problem, models, found)
     progress(0.8)
@@ -431,11 +436,11 @@ def _as_baseline(problem: Problem, none: Hypothesis, fit: Fit) -> list[Fit]:
     return [problem.refit(none, Places(z, {}), steps=0)]
 
 
-def _refit_best(problem: Problem, singles: Sequence[Hypothesis], found: Standings, most: int) -> dict[str, Standing]:
+def _refit_best(problem: Problem, singles: Sequence[Hypothesis], found: Standings) -> dict[str, Standing]:
     """The singles within reach of the best, refitted, the likeliest first."""
     score = {one.label: found[one.label].score for one in singles}
     refitted: dict[str, Standing] = {}
-    for one in sorted(singles, key=lambda one: -score[one.label])[:most]:
+    for one in sorted(singles, key=lambda one: -score[one.label])[:MOST_REFITS]:
         best = max(score.values())
         if score[one.label] < best - within(best, found[NONE].evidence.log_evidence):
             break

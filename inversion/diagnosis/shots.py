@@ -84,11 +84,6 @@ class Record:
         """(n,) number of the channel of every point."""
         return np.repeat(np.arange(len(self.traces)), [len(trace.values) for trace in self.traces])
 
-    @property
-    def noise_known(self) -> bool:
-        """Whether every channel's noise level is known independently of the fit."""
-        return all(trace.noise.known for trace in self.traces)
-
     def covariance(self) -> Array:
         """(n, n) of the measurement noise; channels are independent."""
         return np.asarray(block_diag(*(trace.covariance() for trace in self.traces)))
@@ -101,13 +96,12 @@ def averaged(values: Array, block: int) -> Array:
     return values.reshape(*values.shape[:-1], -1, block).mean(axis=-1)
 
 
-def read_record(measured: Measured, expected: Expected, tolerance: float | None = None) -> Record:
+def read_record(measured: Measured, expected: Expected) -> Record:
     """The record's channels as the common reader gives them, neighbours averaged where there are many.
 
-    tolerance: noise as a share of the peak where none is known. Raises MeasuredError for an unknown channel, another
-    unit, or a channel with fewer than three points in the window.
+    Raises MeasuredError for an unknown channel, another unit, or a channel with fewer than three points in the window.
     """
-    channels = observed.read_record(measured, expected, tolerance, FEWEST_POINTS)
+    channels = observed.read_record(measured, expected, FEWEST_POINTS)
     most = max(MOST_POINTS // len(channels), FEWEST_POINTS)
     warnings = tuple(text for channel in channels for text in channel.warnings)
     return Record(tuple(_trace(channel, most) for channel in channels), warnings)
@@ -279,13 +273,11 @@ def unpredicted(setup: Setup, channels: Iterable[str]) -> str:
     )
 
 
-def read_shot(
-    name: str, setup: Setup, measured: Measured, baseline: bool = False, tolerance: float | None = None
-) -> Shot:
+def read_shot(name: str, setup: Setup, measured: Measured, baseline: bool = False) -> Shot:
     """The record's channels that the setup has, in the window of the simulation; raises MeasuredError without any."""
     own = {c: measured.channels[c] for c in setup.channels if c in measured.channels}
     if not own:
         raise MeasuredError([f"{measured.path}: {unpredicted(setup, measured.channels)}"])
     expected = Expected.of_case(setup.plan.case, float(setup.time[-1]), LATEST_SHIFT)
-    record = read_record(replace(measured, channels=own), expected, tolerance)
+    record = read_record(replace(measured, channels=own), expected)
     return Shot(name, setup, record, baseline)

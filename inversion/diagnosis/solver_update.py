@@ -25,6 +25,7 @@ from birdstrike.inversion.diagnosis.responses import Change, Response
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, stack
 from birdstrike.inversion.diagnosis.shots import Shot, setups_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
+from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
 
 MOST = 4  # effects brought up to date in one round; the next takes those that are within reach then
@@ -95,7 +96,7 @@ def _misfit(shot: Shot, problem: Problem, fit: Fit) -> float:
     """RMS of what a fit without an effect leaves of a shot, over all errors."""
     mean, sd = expected_residual(shot, problem, NOTHING, fit)
     left = shot.record.values - predicted(shot, NOTHING, fit.places.z[shot.name], {}) - mean
-    return float(np.sqrt(np.mean((left / sd) ** 2)))
+    return rms(left / sd)
 
 
 def with_runs(setup: Setup, problem: Problem, near: NearFits, count: int, seed: int, simulations: Simulations) -> Setup:
@@ -197,7 +198,7 @@ def wanted_effects(ranking: Ranking) -> list[str]:
     """
     if ranking.shares[NONE] > SURE:
         return []
-    singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
+    singles = ranking.singles
     score = {label: ranking.standings[label].at_best for label, one in singles.items() if one.response}
     top = max(score.values())
     pairs = sorted((n for n, m in ranking.models.items() if len(m.members) == 2), key=lambda n: -ranking.shares[n])[:3]

@@ -22,6 +22,7 @@ from birdstrike.inversion.diagnosis.discrepancy import OWN_SHARE, PARAMETER_LENG
 from birdstrike.inversion.diagnosis.hypotheses import Suspect
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.shots import TIME_OFFSET, Shot, responses_of
+from birdstrike.inversion.misfit import rms
 
 CHANGED = 8  # directions a channel of the discrepancy that an effect may change
 TRENDS = 3  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
@@ -508,7 +509,7 @@ def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], f
                 continue
             t = trace.middle
             kernel = started(t, t, shot.onset, shot.shapes[trace.name].length)
-            blocks.append(float(np.sqrt(np.mean(own**2))) ** 2 * kernel)
+            blocks.append(rms(own) ** 2 * kernel)
     return np.asarray(block_diag(*blocks))
 
 

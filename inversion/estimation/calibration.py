@@ -46,6 +46,11 @@ class Mode:
     residual: Array
     box: Box
 
+    @property
+    def root(self) -> Array:
+        """(r, r) Cholesky factor of the covariance of z."""
+        return np.linalg.cholesky(self.covariance[:-1, :-1] + 1e-12 * np.eye(len(self.z)))
+
 
 @dataclass(frozen=True)
 class Calibrator:
@@ -80,6 +85,10 @@ class Calibrator:
         raised = replace(self.model, observations=widened(self.model.observations, residual))
         return modes[0], replace(self, model=raised).fit(seed), residual
 
+    def tau(self, mode: Mode) -> float:
+        """A mode's time origin in its standard deviations, 0 where it is known."""
+        return mode.t0 / self.sigma if self.sigma else 0.0
+
     @property
     def offsets(self) -> tuple[float, float]:
         """Time origins allowed, in sigmas: no measured point may leave the simulated record at its end."""
@@ -99,13 +108,11 @@ class Calibrator:
         z = mode.z.copy()
         z[i] = value
         box = replace(mode.box, lows=lows, highs=highs)
-        tau = mode.t0 / self.sigma if self.sigma else 0.0
-        return self._refine(z, tau, whitening, box)
+        return self._refine(z, self.tau(mode), whitening, box)
 
     def information(self, mode: Mode) -> Array:
         """Fisher information (r, r) of z at `mode`, of the data alone, the time origin marginalised by its prior."""
-        tau = mode.t0 / self.sigma if self.sigma else 0.0
-        return self.data_information(mode.z, tau, self.whitening(mode), mode.box)
+        return self.data_information(mode.z, self.tau(mode), self.whitening(mode), mode.box)
 
     def data_information(self, z: Array, tau: float, whitening: Whitening, box: Box) -> Array:
         """The same at any z (r,) of a box and time origin tau [sigmas], for residuals whitened so."""
@@ -137,8 +144,7 @@ class Calibrator:
 
     def _again(self, mode: Mode) -> Mode:
         """A minimum with the emulator's error where it lies, no longer where the search began."""
-        tau = mode.t0 / self.sigma if self.sigma else 0.0
-        return self._refine(mode.z, tau, self.whitening(mode), mode.box)
+        return self._refine(mode.z, self.tau(mode), self.whitening(mode), mode.box)
 
     def _refine(self, z: Array, tau: float, whitening: Whitening, box: Box) -> Mode:
         """Least squares from a start, with the emulator's error as it is in `whitening`."""

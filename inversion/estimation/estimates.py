@@ -11,6 +11,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.posterior import Posterior
 from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.inversion.results.ingredients import DesignFigures
 from birdstrike.surrogate.gaussian_process import NORMAL_95
@@ -63,10 +64,7 @@ def sensitivity(calibrator: Calibrator, mode: Mode, i: int) -> Sensitivity:
     model = calibrator.model
     curves = model.curves(model.scores(np.vstack(rows)), mode.t0)
     spans = model.observations.split(np.ptp(curves, axis=0))
-    found = [
-        Sensitivity(c.name, c.unit, float(spans[c.name].max()), float(np.sqrt(np.mean(c.noise**2))))
-        for c in model.observations.channels
-    ]
+    found = [Sensitivity(c.name, c.unit, float(spans[c.name].max()), rms(c.noise)) for c in model.observations.channels]
     return max(found, key=lambda s: s.change / s.noise)
 
 

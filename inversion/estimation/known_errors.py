@@ -22,6 +22,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.whitening import factor_of
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2
@@ -125,9 +126,7 @@ def discrepancy_columns(shares: Mapping[str, float], observations: Observations)
             continue
         length = DISCREPANCY_LENGTH * max(float(np.ptp(c.times)), 1e-300)
         correlation = np.exp(-0.5 * ((c.times[:, None] - c.times) / length) ** 2)
-        values, vectors = np.linalg.eigh(correlation)
-        kept = values > WORTH_A_COLUMN * values.sum()
-        blocks.append(share * c.peak * vectors[:, kept] * np.sqrt(values[kept]))
+        blocks.append(share * c.peak * factor_of(correlation, WORTH_A_COLUMN))
     return np.asarray(block_diag(*blocks), dtype=np.float64)
 
 
@@ -152,10 +151,7 @@ def _channel(emulator: CurveEmulator, curves: Array, times: Array) -> Array:
     residual = curves - left_out(emulator, curves)
     rows = np.stack([np.interp(times, emulator.time, row) for row in residual])
     apart = (times[:, None] - times) / (TAPER * float(np.ptp(emulator.time)))
-    covariance = rows.T @ rows / len(rows) * np.exp(-0.5 * apart**2)
-    values, vectors = np.linalg.eigh(covariance)
-    kept = values > KEPT * values.sum()
-    return vectors[:, kept] * np.sqrt(values[kept])
+    return factor_of(rows.T @ rows / len(rows) * np.exp(-0.5 * apart**2), KEPT)
 
 
 def left_out(emulator: CurveEmulator, curves: Array) -> Array:

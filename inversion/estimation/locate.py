@@ -26,8 +26,10 @@ from birdstrike.inversion.forward import Progress
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.observations.plausibility import implausible
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive, prior_predictive_warning
+from birdstrike.inversion.observations.reader import stated_noise
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.ingredients import DesignFigures
+from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from birdstrike.surrogate.inverse_network import HIDDEN, usual_copies
 
@@ -62,6 +64,15 @@ class InversionOptions:
     def noisy_copies(self) -> int:
         """Copies of every training run."""
         return usual_copies(self.trainer, self.outputs) if self.copies is None else self.copies
+
+    @property
+    def fit_alone(self) -> InversionOptions:
+        """The same for the emulator's best fit alone, without a network, a posterior or an analysis."""
+        return replace(self, method="emulator", sampling=None, analyse=False)
+
+    def of_case(self, case: Case) -> InversionOptions:
+        """The same with the noise and the time origin that a case states."""
+        return replace(self, noise=stated_noise(case), time_offset=case.inversion.nuisance.get("time_offset", 0.0))
 
     def methods(self) -> tuple[str, ...]:
         """The methods asked for; raises UserError."""

@@ -27,6 +27,7 @@ from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.whitening import Whitening, principal
 from birdstrike.inversion.forward import Forward, Progress, watched
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.ingredients import MeshCorrectionFigures
 from birdstrike.solver.case.case import Case
@@ -73,7 +74,7 @@ class MeshCorrection:
         """From differences (n, grid), fine less coarse, at fractions z (n, k) of the ranges."""
         n, mean = len(z), differences.mean(axis=0)
         parts = np.split(differences, channels, axis=1)
-        scale = np.repeat([np.sqrt((p**2).mean()) or 1.0 for p in parts], differences.shape[1] // channels)
+        scale = np.repeat([rms(p) or 1.0 for p in parts], differences.shape[1] // channels)
         u, s, v = np.linalg.svd((differences - mean) / scale, full_matrices=False)
         u, v = svd_flip(u, v, u_based_decision=False)  # of one sign in every case: shots share the components' errors
         scores, rows, processes = u * s, v * scale, []
@@ -297,7 +298,7 @@ def correct_campaign(
     for i, row in enumerate(chosen):
         part = watched(fine, lambda f, i=i: progress((i + f) / len(chosen)))
         try:
-            found = part(dict(zip(dataset.names, map(float, dataset.parameters[row]), strict=True)))
+            found = part(dataset.named(dataset.parameters[row]))
         except RunFailed as reason:
             failure = str(reason)
             continue
@@ -342,7 +343,7 @@ def stacked_curves(emulator: Emulator, theta: Array, channels: Sequence[str]) ->
 def _shares(rows: Array, dataset: Dataset, channels: Sequence[str]) -> dict[str, float]:
     """channel -> root mean square of rows (n, channels * m), share of the runs' peak."""
     parts = zip(channels, np.split(rows, len(channels), axis=1), strict=True)
-    return {n: float(np.sqrt((p**2).mean()) / max(np.abs(dataset.curves[n]).max(), 1e-300)) for n, p in parts}
+    return {n: rms(p) / float(max(np.abs(dataset.curves[n]).max(), 1e-300)) for n, p in parts}
 
 
 def fine_mesh(coarse: Case, declared: Case) -> Case:

@@ -14,6 +14,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.coordinates import Coordinates
 from birdstrike.inversion.estimation.estimates import NEWS, OUTSIDE, reported
 from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.surrogate.inverse_network import NetworkFit
@@ -111,7 +112,7 @@ def _interval(
     if len(errors) < FEWEST_HELD_OUT:
         return None, f"only {len(errors)} held-out samples: too few for an interval"
     low, high, unit = float(dataset.lows[i]), float(dataset.highs[i]), dataset.units[i]
-    error, noise, raw = float(np.sqrt(np.mean(errors**2))), float(answer.noise_error[i]), float(answer.raw[i])
+    error, noise, raw = rms(errors), float(answer.noise_error[i]), float(answer.raw[i])
     spread = float(student.ppf(0.975, len(errors)) * np.hypot(error, noise))
     if not low <= raw <= high:
         return None, f"the network's answer, {quantity(raw, unit)}, is outside the range: it never saw such a curve"

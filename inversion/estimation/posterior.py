@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import emcee
 import numpy as np
@@ -54,7 +54,6 @@ class Posterior:
     acceptance: float
     steps: int
     mode: Mode
-    draws_by_chain: Array = field(repr=False)
 
     @property
     def converged(self) -> bool:
@@ -143,9 +142,9 @@ def _start(
     sigma, found = density.calibrator.sigma, []
     while len(found) < walkers:
         mode = modes[len(found) % len(modes)]
-        tau = mode.t0 / sigma if sigma else 0.0
         units = np.append(np.ones(len(mode.z)), 1.0 / sigma if sigma else 0.0)
-        p = np.append(mode.z, tau) + WIDER * np.sqrt(np.diag(mode.covariance)) * units * rng.normal(size=len(units))
+        centre = np.append(mode.z, density.calibrator.tau(mode))
+        p = centre + WIDER * np.sqrt(np.diag(mode.covariance)) * units * rng.normal(size=len(units))
         p[:-1] = _reflected(p[:-1], mode.box.lows, mode.box.highs)
         p[-1] = np.clip(p[-1], density.taus[0], density.taus[-1])
         if density.allowed(p[None, :-1], p[-1:])[0]:
@@ -165,13 +164,12 @@ def _posterior(density: Likelihood, mode: Mode, chains: list[_Chain], free: NDAr
     length = chains[0].sampler.iteration
     kept = [np.asarray(chain.sampler.get_chain(discard=length // 2)) for chain in chains]
     ensembles = np.stack([part.transpose(1, 0, 2) for part in kept])  # (ensembles, walkers, draws, free)
-    walkers = ensembles.reshape(-1, *ensembles.shape[2:])
     rhat, ess = _agreement(ensembles)
-    p = _whole(walkers.reshape(-1, walkers.shape[2]), free)
+    p = _whole(ensembles.reshape(-1, ensembles.shape[-1]), free)
     r = len(mode.z)
     acceptance = float(np.mean([chain.sampler.acceptance_fraction for chain in chains]))
     t0 = p[:, -1] * density.calibrator.sigma
-    return Posterior(p[:, :r], density.theta(p[:, :r]), t0, rhat[:r], ess[:r], acceptance, length, mode, walkers)
+    return Posterior(p[:, :r], density.theta(p[:, :r]), t0, rhat[:r], ess[:r], acceptance, length, mode)
 
 
 def _agreement(ensembles: Array) -> tuple[Array, Array]:

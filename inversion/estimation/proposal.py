@@ -71,7 +71,7 @@ def too_coarse(proposal: Proposal, dataset: Dataset) -> Proposal:
     """The same where it is the emulator that cannot follow the record, not the model: nothing is identified."""
     if proposal.combination is not None:
         return proposal
-    limits = {n: (float(a), float(b)) for n, a, b in zip(dataset.names, dataset.lows, dataset.highs, strict=True)}
+    limits = dataset.ranges
     known = {
         name: replace(estimate, interval_95=limits[name], identified=False, reason=COARSE)
         for name, estimate in proposal.estimates.items()
@@ -83,8 +83,8 @@ def _carried(calibration: Calibration, z: Array, span: Array | None) -> Proposal
     """No separate values, and the carried combination in their place."""
     dataset, coordinates = calibration.dataset, calibration.coordinates
     theta = coordinates.theta(z, coordinates.boxes[0])
-    point = {name: float(value) for name, value in zip(dataset.names, theta, strict=True)}
-    directions = tuple({n: float(v) for n, v in zip(dataset.names, row, strict=True)} for row in coordinates.changes())
+    point = dataset.named(theta)
+    directions = tuple(map(dataset.named, coordinates.changes()))
     known = tuple((float(low), float(high)) for low, high in span) if span is not None else (None,) * len(z)
     combination = Combination(directions, tuple(map(float, z)), known, point, _sentence(calibration, theta, z, known))
     return Proposal(theta, no_separate_values(dataset, calibration.design), combination)

@@ -17,7 +17,7 @@ from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.likelihood import Likelihood
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.whitening import Whitening
-from birdstrike.inversion.forward import Forward
+from birdstrike.inversion.forward import Forward, silent
 from birdstrike.inversion.results.ingredients import RefinementFigures
 
 AUTO = "auto"
@@ -48,16 +48,16 @@ def refine(
     refuse_budget(runs)
     auto, budget = runs == AUTO, AUTO_RUNS if isinstance(runs, str) else runs
     added, errors, shares = list[dict[str, float]](), list[float](), list[float]()
-    choice = replace(options, method="emulator", analyse=False, sampling=None)
+    choice = options.fit_alone
     while True:
-        located = locate(dataset, measured, choice, None, lambda _: None, columns)
+        located = locate(dataset, measured, choice, None, silent, columns)
         calibrator, mode = located.calibration.calibrator, located.calibration.modes[0]
         errors.append(emulator_error(calibrator, mode))
         shares.append(added_variance(calibrator, mode))
         reason = _enough(located, errors[-1], shares[-1], auto)
         if reason or len(added) == budget:
             break
-        theta = {name: float(v) for name, v in zip(dataset.names, next_point(located, options.seed), strict=True)}
+        theta = dataset.named(next_point(located, options.seed))
         try:
             dataset = with_run(dataset, theta, forward(theta))
         except RunFailed as failure:
@@ -104,7 +104,7 @@ def added_variance(calibrator: Calibrator, mode: Mode) -> float:
 
     Linearised at the best fit, prior included.
     """
-    model, tau = calibrator.model, mode.t0 / calibrator.sigma if calibrator.sigma else 0.0
+    model, tau = calibrator.model, calibrator.tau(mode)
     prior = np.diag(calibrator.coordinates.sd**-2.0)
     whole, least = (
         np.diag(np.linalg.inv(calibrator.data_information(mode.z, tau, whitening, mode.box) + prior))
@@ -123,10 +123,9 @@ def next_point(located: Located, seed: int = 0) -> Array:
     share = -(-CANDIDATES // len(calibration.modes))
     parts, taus = list[Array](), list[Array]()
     for mode in calibration.modes:
-        sd = WIDER * np.linalg.cholesky(mode.covariance[:-1, :-1] + 1e-12 * np.eye(len(mode.z)))
-        z = np.vstack([mode.z, mode.z + rng.normal(size=(share, len(mode.z))) @ sd.T])
+        z = np.vstack([mode.z, mode.z + rng.normal(size=(share, len(mode.z))) @ (WIDER * mode.root).T])
         parts.append(np.clip(z, mode.box.lows, mode.box.highs))
-        taus.append(np.full(len(z), mode.t0 / calibrator.sigma if calibrator.sigma else 0.0))
+        taus.append(np.full(len(z), calibrator.tau(mode)))
     z, tau = np.vstack(parts), np.concatenate(taus)
     likelihood = Likelihood.of(calibrator, calibration.modes)
     theta = likelihood.theta(z)

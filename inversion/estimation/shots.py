@@ -23,7 +23,7 @@ from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
-from birdstrike.inversion.forward import Forward, watched
+from birdstrike.inversion.forward import Forward, silent, watched
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.ingredients import MeshCorrectionFigures, ShotFigures
 from birdstrike.solver.case.case import Case
@@ -52,6 +52,11 @@ class Shot:
     mesh_correction: MeshCorrectionFigures | None = None
     case: Case | None = None
 
+    @property
+    def verified_by(self) -> Forward:
+        """The model that verifies answers."""
+        return self.verifier or self.forward
+
 
 @dataclass(frozen=True)
 class Joint:
@@ -72,8 +77,7 @@ class Joint:
     @classmethod
     def alone(cls, shot: Shot) -> Joint:
         """A single shot."""
-        verifier = shot.verifier or shot.forward
-        own = shot.forward, verifier, shot.options, shot.columns, (), shot.known_errors
+        own = shot.forward, shot.verified_by, shot.options, shot.columns, (), shot.known_errors
         return cls(shot.dataset, shot.measured, *own)
 
 
@@ -129,7 +133,7 @@ def joined(shots: Sequence[Shot], origins: Sequence[tuple[float, bool]] | None =
         dataset,
         measured,
         JointForward(tuple(shot.forward for shot in shots), dataset.time),
-        JointForward(tuple(shot.verifier or shot.forward for shot in shots), dataset.time),
+        JointForward(tuple(shot.verified_by for shot in shots), dataset.time),
         replace(first.options, noise=noise),
         _columns(shots, dataset),
         figures,
@@ -146,13 +150,13 @@ def with_scatter(joint: Joint) -> tuple[Joint, float]:
     (no degree of freedom is given back for them); two or three shots hardly determine a scatter. State a known one as
     a discrepancy of the model, or as an uncertain mass or speed.
     """
-    alone = replace(joint.options, method="emulator", sampling=None, analyse=False)
+    alone = joint.options.fit_alone
     names = list(joint.measured.channels)
     emulator = fit_emulator(joint.dataset, names, alone.seed)
     costs = []
     for share in SCATTERS:
         columns = _amplitudes(joint.columns, share, emulator)
-        found = locate(joint.dataset, joint.measured, alone, emulator, lambda _: None, columns)
+        found = locate(joint.dataset, joint.measured, alone, emulator, silent, columns)
         costs.append(found.calibration.modes[0].cost)
     share = SCATTERS[int(np.argmin(costs))]
     return replace(joint, columns=_amplitudes(joint.columns, share, emulator)), share
@@ -179,8 +183,7 @@ def _amplitudes(columns: Columns | None, share: float, emulator: Emulator) -> Co
 
 def own_origin(shot: Shot) -> tuple[float, bool]:
     """A shot's own time origin [s], and whether its own model can make it."""
-    alone = replace(shot.options, method="emulator", sampling=None, analyse=False)
-    found = locate(shot.dataset, shot.measured, alone, None, lambda _: None, shot.columns)
+    found = locate(shot.dataset, shot.measured, shot.options.fit_alone, None, silent, shot.columns)
     return found.origin.value, found.prior_predictive.inside
 
 
@@ -270,9 +273,7 @@ def _own(shot: Shot, number: int, observations: Observations, mode: Mode, datase
     if shot.columns is not None:
         parts.append(shot.columns(own, mode))
     if number and shot.options.time_offset:
-        nearest = int(
-            np.argmin((((dataset.parameters - mode.theta) / (dataset.highs - dataset.lows)) ** 2).sum(axis=1))
-        )
+        nearest = dataset.nearest(mode.theta)
         slopes = [_slope(dataset, nearest, c.name + suffix(number), c.times - mode.t0) for c in mine]
         parts.append(shot.options.time_offset * np.concatenate(slopes)[:, None])
     return np.hstack(parts)

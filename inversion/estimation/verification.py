@@ -15,7 +15,7 @@ from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.forward import Forward
-from birdstrike.inversion.misfit import relative, rmse
+from birdstrike.inversion.misfit import finite, relative, rms, rmse
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.estimates import Answer, ChannelScore
 from birdstrike.inversion.results.inversion import Inversion
@@ -75,9 +75,9 @@ def channel_scores(
         scores[c.name] = ChannelScore(
             unit=c.unit,
             predicted_rmse=rmse(predicted[c.name], c.values) if predicted is not None else None,
-            verified_rmse=_known(rmse(shifted, c.values)),
-            verified_relative=_known(relative(shifted, c.values)),
-            verified_rmse_at_zero_offset=_known(rmse(unshifted, c.values)),
+            verified_rmse=finite(rmse(shifted, c.values)),
+            verified_relative=finite(relative(shifted, c.values)),
+            verified_rmse_at_zero_offset=finite(rmse(unshifted, c.values)),
         )
     return scores
 
@@ -86,7 +86,7 @@ def overall(scores: Mapping[str, ChannelScore]) -> float | None:
     """Root mean square of the channels' relative errors."""
     parts = [s.verified_relative for s in scores.values()]
     known = [p for p in parts if p is not None]
-    return float(np.sqrt(np.mean(np.square(known)))) if known else None
+    return rms(known) if known else None
 
 
 def write_verification(
@@ -104,7 +104,3 @@ def write_verification(
         for method, verification in verified.items():
             table[f"{method}_{label}"] = verification.at(c.name, measured.time - t0)
     write_atomically(path, pd.DataFrame(table).to_csv(index=False, lineterminator="\n"))
-
-
-def _known(value: float) -> float | None:
-    return value if np.isfinite(value) else None

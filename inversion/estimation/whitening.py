@@ -16,6 +16,7 @@ from scipy.signal import correlate
 from scipy.stats import chi2
 
 from birdstrike.data.histories import Array
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.fit import ResidualCorrelation
 
@@ -74,6 +75,13 @@ def principal(factor: Array) -> tuple[Array, Array]:
     return directions, s * s
 
 
+def factor_of(covariance: Array, least: float) -> Array:
+    """F (n, q) with F F^T = a covariance (n, n), but for directions of less than the share `least` of its variance."""
+    values, vectors = np.linalg.eigh(covariance)
+    kept = values > least * values.sum()
+    return vectors[:, kept] * np.sqrt(values[kept])
+
+
 def widened(observations: Observations, residual: ResidualCorrelation) -> Observations:
     """The observations with their noise enlarged by the residual's correlation and size."""
     raised = (replace(c, noise=c.noise * residual.widened[c.name]) for c in observations.channels)
@@ -87,7 +95,7 @@ def residual_correlation(observations: Observations, residual: Array) -> Residua
     """
     parts = observations.split(residual)
     tau = {name: autocorrelation_time(part) for name, part in parts.items()}
-    fit = {name: float(np.sqrt(np.mean(part**2))) for name, part in parts.items()}
+    fit = {name: rms(part) for name, part in parts.items()}
     widened = {name: _factor(tau[name], fit[name], len(part)) for name, part in parts.items()}
     return ResidualCorrelation(tau, fit, widened)
 

@@ -52,18 +52,18 @@ class Profile:
         return f"{side} not bounded"
 
 
-def profiles(calibrator: Calibrator, modes: tuple[Mode, ...], points: int = POINTS) -> tuple[Profile, ...]:
+def profiles(calibrator: Calibrator, modes: tuple[Mode, ...]) -> tuple[Profile, ...]:
     """One profile for every parameter, over all the boxes where runs stand behind the emulator."""
     with threadpool_limits(limits=1, user_api="blas"):
         fits = tuple((mode, calibrator.whitening(mode)) for mode in modes)
-        return tuple(_profile(calibrator, fits, i, points) for i in range(len(calibrator.coordinates.names)))
+        return tuple(_profile(calibrator, fits, i) for i in range(len(calibrator.coordinates.names)))
 
 
-def _profile(calibrator: Calibrator, fits: Fits, i: int, points: int) -> Profile:
+def _profile(calibrator: Calibrator, fits: Fits, i: int) -> Profile:
     best = fits[0][0]
     boxes = calibrator.coordinates.boxes
     low, high = min(b.lows[i] for b in boxes), max(b.highs[i] for b in boxes)
-    grid = np.unique(np.append(np.linspace(low, high, points), np.clip(best.z[i], low, high)))
+    grid = np.unique(np.append(np.linspace(low, high, POINTS), np.clip(best.z[i], low, high)))
     found = [_best(calibrator, fits, i, float(value)) for value in grid]
     known = [(value, mode) for value, mode in zip(grid, found, strict=True) if mode is not None]
     lowest = min(min(mode.cost for _, mode in known), best.cost)

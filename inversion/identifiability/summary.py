@@ -15,6 +15,7 @@ from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.identifiability.directions import directions
 from birdstrike.inversion.identifiability.profile import profiles
 from birdstrike.inversion.identifiability.sobol import sobol_indices
+from birdstrike.inversion.misfit import finite
 from birdstrike.inversion.results.identifiability import (
     IdentifiabilityFigures,
     PosteriorFigures,
@@ -44,7 +45,7 @@ def posterior_figures(posterior: Posterior, coordinates: Coordinates) -> Posteri
         interval_95={n: (float(a), float(b)) for n, a, b in zip(names, low, high, strict=True)},
         contraction=_named(coordinates.names, 1.0 - (sd[: len(prior)] / prior) ** 2),
         correlation=tuple(tuple(map(float, row)) for row in correlation),
-        rhat={n: _known(v) for n, v in zip(coordinates.names, posterior.rhat, strict=True)},
+        rhat={n: finite(v) for n, v in zip(coordinates.names, posterior.rhat, strict=True)},
         effective=_named(coordinates.names, posterior.ess),
         acceptance=posterior.acceptance,
         steps=posterior.steps,
@@ -79,12 +80,8 @@ def identifiability_figures(calibration: Calibration, seed: int) -> Identifiabil
 
 
 def _indices(names: tuple[str, ...], table: Array) -> dict[str, tuple[float | None, ...]]:
-    return {name: tuple(_known(value) for value in row) for name, row in zip(names, table, strict=True)}
+    return {name: tuple(finite(value) for value in row) for name, row in zip(names, table, strict=True)}
 
 
 def _named(names: tuple[str, ...], values: Array) -> dict[str, float]:
     return {name: float(value) for name, value in zip(names, values, strict=True)}
-
-
-def _known(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -13,6 +13,7 @@ from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
 from birdstrike.inversion.mesh_convergence.grid_convergence import CurveConvergence, GridConvergence
 from birdstrike.inversion.mesh_convergence.meshes import Mesh
 from birdstrike.inversion.mesh_convergence.scalars import Scalar
+from birdstrike.inversion.misfit import rms
 
 
 def curves_of(found: MeshConvergence) -> Histories:
@@ -71,7 +72,7 @@ def _curve_json(found: MeshConvergence, name: str, curve: CurveConvergence) -> d
         "order_used": curve.order,
         "shares": curve.shares,
         "largest_uncertainty_user": float(band.max()),
-        "rms_uncertainty_user": float(np.sqrt(np.mean(band**2))),
+        "rms_uncertainty_user": rms(band),
         "largest_value_user": float(np.abs(own.channels[name]).max()),
     }
 

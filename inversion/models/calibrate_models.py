@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, read_measured, refuse_twice, shot_names, write_measured
+from birdstrike.data.curves import Measured, as_measured, refuse_twice, shot_names, write_measured
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
 from birdstrike.data.files import write_json
-from birdstrike.data.paths import resolve_measured
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
@@ -195,7 +194,7 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
             "for each --measured, in their order, CASE being the first"
         )
     loaded = [as_case(one) for one in (cases if len(cases) == len(records) else cases * len(records))]
-    read = [one if isinstance(one, Measured) else read_measured(resolve_measured(one)) for one in records]
+    read = [as_measured(one) for one in records]
     for record in read:
         record.refuse_dead_sensors()
     read = [record.only(tuple(channels)) for record in read]

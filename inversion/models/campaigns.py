@@ -27,8 +27,8 @@ from birdstrike.inversion.estimation.known_errors import case_nuisances, discrep
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
-from birdstrike.inversion.forward import Forward, StoredSolver
-from birdstrike.inversion.models.candidates import Candidate, calibrated_case, literature_case, shared_keys
+from birdstrike.inversion.forward import Forward, StoredSolver, silent
+from birdstrike.inversion.models.candidates import Candidate, calibrated_case, literature_case, refuse_other_parameters
 from birdstrike.inversion.models.error_terms import NuisanceRuns
 from birdstrike.inversion.models.points import near_answer
 from birdstrike.inversion.models.scaled import NearestFinished, Scale, ScaledForward
@@ -83,7 +83,7 @@ class ModelRuns:
     def cases(self) -> list[Case]:
         """Each shot's case with this model; raises UserError or CaseError."""
         found = [calibrated_case(self.chosen, setup.case) for setup in self.setups]
-        shared_keys(found)
+        refuse_other_parameters(found)
         return found
 
     @cached_property
@@ -122,18 +122,10 @@ class ModelRuns:
         solver = ScaledForward(stored, self.scale)
         nuisances = NuisanceRuns(solver, case_nuisances(case))
         shares = stated_discrepancy(case, setup.measured.channels, None)
-        options = InversionOptions(
-            method="emulator",
-            seed=self.options.seed,
-            noise={name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise},
-            time_offset=case.inversion.nuisance.get("time_offset", 0.0),
-            sampling=None,
-            analyse=False,
-            more_runs="--runs N",
-        )
+        options = InversionOptions(seed=self.options.seed, more_runs="--runs N").fit_alone.of_case(case)
 
         def columns(observations: Observations, mode: Mode) -> Array:
-            parts = [nuisances.columns(observations, mode, dataset.names)]
+            parts = [nuisances.columns(observations, mode, dataset)]
             parts += [discrepancy_columns(shares, observations)] if shares else []
             return np.hstack(parts)
 
@@ -161,7 +153,7 @@ class ModelRuns:
         return dataset, emulator, added
 
     def _with_points(self, dataset: Dataset, points: Array, joint: Forward, said: list[str]) -> Dataset:
-        thetas = [dict(zip(dataset.names, map(float, row), strict=True)) for row in points]
+        thetas = [dataset.named(row) for row in points]
         self.together([self.scale.values(theta) for theta in thetas])
         for theta in thetas:
             try:
@@ -193,16 +185,12 @@ class ModelRuns:
         return found
 
     def eroded(self) -> dict[str, float]:
+        """Shot -> largest eroded share of the bird in a run of its campaign."""
         found = {}
         for setup in self.setups:
             entries = CampaignFolder(self.folder / setup.name).read_summary().get("runs", [])
             found[setup.name] = max((float(e.get("eroded_mass_fraction") or 0.0) for e in entries), default=0.0)
         return found
-
-
-def verified(shot: Shot) -> Forward:
-    """The model of a shot that verifies answers."""
-    return shot.verifier or shot.forward
 
 
 def _good_enough(calibrator: Calibrator, mode: Mode) -> bool:
@@ -212,7 +200,3 @@ def _good_enough(calibrator: Calibrator, mode: Mode) -> bool:
     far from most runs it is mostly want of runs, which more of them take away.
     """
     return emulator_error(calibrator, mode) < OF_THE_NOISE and added_variance(calibrator, mode) < PAYS
-
-
-def silent(_: float) -> None:
-    """Nobody watches."""

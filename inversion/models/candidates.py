@@ -104,28 +104,22 @@ def calibrated_case(chosen: Candidate, base: Case) -> Case:
     of `inversion.models` under the model's name, else those of `inversion.parameters` where the case has this model,
     else the ones that the model declares. What else the case seeks stays.
     """
-    table = base.table
-    own = table["bird"]["material"]
+    own = base.table["bird"]["material"]
     same = chosen.same_as(own)
     constants = {**chosen.literature, **(own if same else {})}
-    sought: Mapping[str, Any] = at(table, "inversion.parameters") or {}
-    stated = (table.get("inversion") or {}).get("models", {}).get(chosen.name)
-    of_bird = {key: entry for key, entry in sought.items() if key.startswith(PREFIX)}
-    ranges = stated or (of_bird if same else None) or chosen.ranges
+    stated = base.table.get("inversion") or {}
+    of_bird = {key: entry for key, entry in stated.get("parameters", {}).items() if key.startswith(PREFIX)}
+    ranges = stated.get("models", {}).get(chosen.name) or (of_bird if same else None) or chosen.ranges
     if not constants or not ranges:
         missing = "constants" if not constants else "ranges"
         raise UserError(
             f"--models: {chosen.name} declares no {missing}: give a case whose bird.material is this model, with "
             f'inversion.models."{chosen.name}"."bird.material.KEY" = {{ range = [LOW, HIGH] }} for what is sought'
         )
-    others = {key: entry for key, entry in sought.items() if not key.startswith(PREFIX)}
-    inversion = {**(table.get("inversion") or {}), "parameters": {**others, **ranges}}
-    inversion.pop("models", None)
+    table = _table_with(base, constants)
+    table["inversion"]["parameters"] |= ranges
     try:
-        return case_from_table(
-            {**table, "bird": {**table["bird"], "material": constants}, "inversion": inversion},
-            f"{base.name} with {chosen.name}",
-        )
+        return case_from_table(table, f"{base.name} with {chosen.name}")
     except CaseError as error:
         raise CaseError([f"--models {chosen.name}: {line}" for line in error.errors], error.heading) from error
 
@@ -139,11 +133,15 @@ def literature_case(chosen: Candidate, base: Case) -> Case | None:
 
 def with_material(base: Case, material: Raw, name: str = "") -> Case:
     """The case with another bird material, which seeks nothing of the bird's; raises CaseError."""
+    return case_from_table(_table_with(base, material), name or base.name)
+
+
+def _table_with(base: Case, material: Raw) -> Raw:
+    """A case's table with another bird material: what it seeks of the bird's goes, what else it seeks stays."""
     table = base.table
     inversion = {key: entry for key, entry in (table.get("inversion") or {}).items() if key != "models"}
     inversion["parameters"] = {k: v for k, v in inversion.get("parameters", {}).items() if not k.startswith(PREFIX)}
-    bird = {**table["bird"], "material": material}
-    return case_from_table({**table, "bird": bird, "inversion": inversion}, name or base.name)
+    return {**table, "bird": {**table["bird"], "material": material}, "inversion": inversion}
 
 
 def literature_values(chosen: Candidate, base: Case, names: Iterable[str]) -> dict[str, float]:
@@ -189,12 +187,11 @@ def _written(sought: Sought) -> Raw:
     return {"range": [sought.low, sought.high], "scale": sought.scale}
 
 
-def shared_keys(cases: Iterable[Case]) -> tuple[str, ...]:
-    """Dotted keys that every case of a model seeks; raises UserError where they seek different ones."""
+def refuse_other_parameters(cases: Iterable[Case]) -> None:
+    """Raises UserError where the cases of a model seek different parameters or ranges."""
     listed = [tuple((p.name, p.low, p.high, p.scale) for p in case.parameters()) for case in cases]
     if any(other != listed[0] for other in listed[1:]):
         raise UserError(
             "the shots' cases seek different parameters or ranges: let inversion.parameters and inversion.models of "
             "all --case be the same"
         )
-    return tuple(name for name, *_ in listed[0])

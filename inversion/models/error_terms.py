@@ -8,11 +8,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.linalg import block_diag
 
+from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.diagnosis.discrepancy import UNSEEN, started
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import Columns, Nuisance, stacked
 from birdstrike.inversion.estimation.shots import shot_number
+from birdstrike.inversion.estimation.whitening import factor_of
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.observations.observations import Observations
 
@@ -26,10 +28,10 @@ class NuisanceRuns:
         self.solver, self.nuisances = solver, nuisances
         self.pairs: list[tuple[Histories, Histories]] | None = None
 
-    def columns(self, observations: Observations, mode: Mode, names: Sequence[str]) -> Array:
+    def columns(self, observations: Observations, mode: Mode, dataset: Dataset) -> Array:
         """(n, s) change of the stacked curve for one sigma of each."""
         if self.pairs is None:
-            theta = dict(zip(names, map(float, mode.theta), strict=True))
+            theta = dataset.named(mode.theta)
             self.pairs = [
                 (
                     self.solver({**theta, own.key: own.value + own.sigma}),
@@ -69,13 +71,13 @@ class Discrepancy:
         key = (contact, times.tobytes())
         if key not in self._factors:
             length = UNSEEN * (self.end - contact)
-            values, vectors = np.linalg.eigh(started(times, times, contact, length))
-            kept = values > WORTH_A_COLUMN * values.sum()
-            self._factors[key] = vectors[:, kept] * np.sqrt(values[kept])
+            self._factors[key] = factor_of(started(times, times, contact, length), WORTH_A_COLUMN)
         return self._factors[key]
 
 
 def with_discrepancy(columns: Columns | None, discrepancy: Discrepancy, share: float) -> Columns:
+    """The columns, if there are any, and those of the discrepancy of a share of the peaks (1 sigma), none for 0."""
+
     def more(observations: Observations, mode: Mode) -> Array:
         known = [columns(observations, mode)] if columns is not None else []
         own = [discrepancy.columns(observations, share)] if share else []

@@ -11,7 +11,8 @@ import numpy as np
 from birdstrike.data.dataset import Dataset
 from birdstrike.inversion.estimation.locate import locate
 from birdstrike.inversion.estimation.shots import Shot, joined, suffix
-from birdstrike.inversion.models.campaigns import ModelRuns, silent, verified
+from birdstrike.inversion.forward import silent
+from birdstrike.inversion.models.campaigns import ModelRuns
 from birdstrike.inversion.models.error_terms import Discrepancy, with_discrepancy
 from birdstrike.inversion.models.points import residuals_of, yardstick
 from birdstrike.surrogate.emulator import Emulator
@@ -55,11 +56,11 @@ class HeldOutFits:
             columns = with_discrepancy(joint.columns, self.discrepancy.only(rest), self.share)
             own = replace(self.emulator, channels=channels)
             found = locate(joint.dataset, joint.measured, joint.options, own, silent, columns)
-            thetas.append(dict(zip(self.dataset.names, map(float, found.calibration.modes[0].theta), strict=True)))
+            thetas.append(self.dataset.named(found.calibration.modes[0].theta))
         self.runs.simulated(zip(self.runs.cases, thetas, strict=True))
         answers = {}
         for setup, shot, theta, (t0, _) in zip(self.runs.setups, self.shots, thetas, self.origins, strict=True):
-            answers[setup.name] = (theta, residuals_of(shot, verified(shot)(theta), t0))
+            answers[setup.name] = (theta, residuals_of(shot, shot.verified_by(theta), t0))
         return answers
 
     def _time_blocks(self) -> dict[str, tuple[dict[str, float], Residuals]]:
@@ -74,11 +75,11 @@ class HeldOutFits:
             inside = (record.time >= low) & (record.time < high)
             left = {name: np.where(inside, np.nan, values) for name, values in record.channels.items()}
             found = locate(self.dataset, replace(record, channels=left), shot.options, self.emulator, silent, columns)
-            thetas.append(dict(zip(self.dataset.names, map(float, found.calibration.modes[0].theta), strict=True)))
+            thetas.append(self.dataset.named(found.calibration.modes[0].theta))
         self.runs.simulated([(case, theta) for theta in thetas])
         together: dict[str, tuple[float, ...]] = {}
         for theta, low, high in zip(thetas, edges[:-1], edges[1:], strict=True):
-            for name, own in residuals_of(shot, verified(shot)(theta), t0, (low, high)).items():
+            for name, own in residuals_of(shot, shot.verified_by(theta), t0, (low, high)).items():
                 together[name] = together.get(name, ()) + own
         return {self.runs.setups[0].name: (thetas[0], together)}
 

@@ -24,10 +24,11 @@ from birdstrike.inversion.estimation.locate import Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, own_origin, suffix
 from birdstrike.inversion.formatting import plain
-from birdstrike.inversion.forward import StoredSolver
+from birdstrike.inversion.forward import StoredSolver, silent
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import InversionOutcome, invert
-from birdstrike.inversion.models.campaigns import ModelRuns, silent, verified
+from birdstrike.inversion.misfit import rms
+from birdstrike.inversion.models.campaigns import ModelRuns
 from birdstrike.inversion.models.candidates import literature_values
 from birdstrike.inversion.models.combinations import combinations
 from birdstrike.inversion.models.error_terms import Discrepancy, with_discrepancy
@@ -121,7 +122,7 @@ class ModelFit:
                 for i, setup in enumerate(self.runs.setups)
             },
             "noise": {
-                setup.name: {c.name: float(np.sqrt(np.mean(np.square(c.noise)))) for c in yardstick(shot).channels}
+                setup.name: {c.name: rms(c.noise) for c in yardstick(shot).channels}
                 for setup, shot in zip(self.runs.setups, shots, strict=True)
             },
         }
@@ -192,7 +193,7 @@ class ModelFit:
         if answer.combination is not None:
             theta = dict(answer.combination.point)
         moved = [(outcome.inversion.time_offset.value, True), *origins[1:]]
-        runs = [verified(shot)(theta) for shot in shots]
+        runs = [shot.verified_by(theta) for shot in shots]
         self._written("calibrated", runs, moved)
         found = self._errors(shots, moved, runs)
         return {name: one for name, one in found.items() if one is not None}

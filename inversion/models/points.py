@@ -12,6 +12,7 @@ from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.locate import Located
 from birdstrike.inversion.estimation.refinement import WIDER
 from birdstrike.inversion.estimation.shots import Shot
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.models.ranking import shot_error
 from birdstrike.inversion.models.results import ShotError
 from birdstrike.inversion.observations.observations import Observations, observed
@@ -27,11 +28,7 @@ def near_answer(located: Located, points: int, seed: int) -> Array:
     found = []
     for i in range(points):
         mode = modes[i % len(modes)]
-        if i < len(modes):
-            z = mode.z
-        else:
-            root = np.linalg.cholesky(mode.covariance[:-1, :-1] + 1e-12 * np.eye(r))
-            z = mode.z + WIDER * root @ spread[i]
+        z = mode.z if i < len(modes) else mode.z + WIDER * mode.root @ spread[i]
         found.append(coordinates.theta(np.clip(z, mode.box.lows, mode.box.highs), mode.box))
     return np.array(found)
 
@@ -71,7 +68,7 @@ def shot_errors(shot: Shot, run: Histories, t0: float) -> ShotError:
     """Errors of a simulation against a shot's record."""
     observations = yardstick(shot)
     parts = observations.split(stacked(run, observations, t0))
-    rmse = {c.name: float(np.sqrt(np.mean((parts[c.name] - c.values) ** 2))) for c in observations.channels}
+    rmse = {c.name: rms(parts[c.name] - c.values) for c in observations.channels}
     return ShotError(rmse, shot_error(_over_noise(observations, run, t0)))
 
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.models.results import ModelAnswer
 
 REPLICATES = 2000
@@ -73,7 +74,7 @@ def ranked(answers: Mapping[str, ModelAnswer], seed: int = 0) -> Ranked:
             one,
             heldout=errors,
             heldout_95={shot: _interval(draws[name][shot], errors[shot]) for shot in shots},
-            expected=(expected := float(np.sqrt(np.mean(np.square(list(errors.values())))))),
+            expected=(expected := rms(list(errors.values()))),
             expected_95=_interval(overall[name], expected),
             probability_best=float(np.mean(overall[name] <= least)),
         )

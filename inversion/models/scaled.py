@@ -95,16 +95,14 @@ class NearestFinished:
             return self.forward(theta)
         except RunFailed as failure:
             place = np.array([theta[name] for name in self.dataset.names])
-            apart = (self.dataset.parameters - place) / (self.dataset.highs - self.dataset.lows)
-            nearest = int(np.argmin((apart**2).sum(axis=1)))
+            nearest = self.dataset.nearest(place)
             number = int(self.dataset.runs[nearest])
             self.say(
                 f"the simulation at an answer failed ({failure}): run {number} of the campaign, "
                 "the nearest that finished, stands in for it, so that the errors are those of its constants; change "
                 "what the solver asks for, or narrow the ranges: inversion.models"
             )
-            found = dict(zip(self.dataset.names, map(float, self.dataset.parameters[nearest]), strict=True))
-            return self.forward(found)
+            return self.forward(self.dataset.named(self.dataset.parameters[nearest]))
 
     def watched(self, progress: Progress) -> NearestFinished:
         """The same with its progress reported."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.run import Failed, PlannedRun
+from birdstrike.doe.campaign.run import PlannedRun
 from birdstrike.doe.campaign.runner import Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.doe.solvers import solver_for
@@ -39,10 +39,10 @@ def simulate_all(
     store: RunStore,
     pool: LatePool,
     retry: float = 0.0,
-) -> list[str | None]:
-    """Run each case at these SI values into the store; why a job failed, None where it did not."""
+) -> None:
+    """Run each case at these SI values into the store, where the reason of one that fails is kept too."""
     if not jobs:
-        return []
+        return
     solvers = [solver_for(case, forward.simulate) for case, _ in jobs]
     placed = [case.with_values(values) if values else case for case, values in jobs]
     planned = [PlannedRun.of(i, {}, case, solvers[i]) for i, case in enumerate(placed)]
@@ -50,5 +50,3 @@ def simulate_all(
     runner = Runner(store, planned, lambda _: None, retry)
     if runner.due:
         runner.run(pool, solvers[0].simulate, placed[0], pool.workers)
-    ends = [runner.outcomes[i] for i in range(len(jobs))]
-    return [end.reason if isinstance(end, Failed) else None for end in ends]

@@ -14,6 +14,7 @@ from scipy.stats import f as f_distribution
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.baseline import Baseline, baseline_of, hum_of, terms
 from birdstrike.inversion.observations.high_frequency import ROUNDED, digitiser_step
 
@@ -39,8 +40,8 @@ class Noise:
 
     sigma: (n,) standard deviation, SI; correlation_time: of exp(-dt/time) between points [s], 0 where white; source:
     where the level comes from; freedom: degrees of freedom behind it, inf where it was stated; known: False where it is
-    a tolerance that nobody measured; inferred: True where not even that was stated, so that the fit itself must give
-    the level; before: level and number of points of the record before contact, where there are enough.
+    a tolerance that nobody measured; before: level and number of points of the record before contact, where there are
+    enough.
     """
 
     sigma: Array
@@ -48,13 +49,12 @@ class Noise:
     source: str
     freedom: float = np.inf
     known: bool = True
-    inferred: bool = False
     before: tuple[float, int] | None = None
 
     @property
     def level(self) -> float:
         """Typical standard deviation, SI."""
-        return float(np.sqrt(np.mean(self.sigma**2)))
+        return rms(self.sigma)
 
     def at(self, kept: np.ndarray) -> Noise:
         """Of some of the points."""
@@ -211,7 +211,7 @@ class Stated:
     @property
     def at_rest(self) -> float:
         """Root mean square of what is stated before contact, SI."""
-        return float(np.sqrt(np.mean(self.column[self.early] ** 2))) if self.column is not None else self.case or 0.0
+        return rms(self.column[self.early]) if self.column is not None else self.case or 0.0
 
 
 def channel_noise(
@@ -220,7 +220,6 @@ def channel_noise(
     peak: float,
     before: BeforeContact,
     stated: Stated,
-    tolerance: float | None,
     white: tuple[float, float] | None = None,
 ) -> tuple[Noise, tuple[str, ...]]:
     """Noise of a channel's points, and what the user should know of it.
@@ -235,9 +234,6 @@ def channel_noise(
         The record while the plate is at rest.
     stated : Stated
         By the file or the case.
-    tolerance : float or None
-        Share of the peak to take where nothing is stated nor known before contact; None: the scatter of neighbouring
-        points, or 1 %, and the fit must give the level.
     white : tuple, optional
         Scatter of neighbouring points in the response, SI, and its degrees of freedom; see `high_frequency`.
 
@@ -245,15 +241,14 @@ def channel_noise(
     -------
     tuple
         The noise: the stated one unless the record contradicts it (chi-square: before contact 5 %; scatter of
-        neighbouring points 0.5 %, and only where it is larger), else that of the record, else the tolerance; and a
+        neighbouring points 0.5 %, and only where it is larger), else that of the record, else 1 % of the peak; and a
         sentence for each thing that the user should know.
     """
     noise, remarks = stated.noise, ()
-    own = _of_the_record(before, stated, white if noise is not None or tolerance is None else None)
+    own = _of_the_record(before, stated, white)
     if noise is None and own is None:
-        share = ASSUMED if tolerance is None else tolerance
-        assumed = stated.uniform(share * peak, f"tolerance of {100 * share:g} % of the peak")
-        return replace(assumed, known=False, inferred=tolerance is None), ()
+        assumed = stated.uniform(ASSUMED * peak, f"tolerance of {100 * ASSUMED:g} % of the peak")
+        return replace(assumed, known=False), ()
     if noise is None or (own is not None and _contradicted(noise, own, before, stated)):
         assert own is not None
         remarks = (_overruled(name, unit, stated.level_like(own), noise, own),) if noise is not None else ()

@@ -15,6 +15,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.data.units import rounded
 from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Channel, Observations
 from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN
 
@@ -53,7 +54,7 @@ def _exchanged(dataset: Dataset, one: Channel, other: Channel) -> str:
         return ""
     own = [_nearest(dataset, channel, channel.name) for channel in (one, other)]
     exchanged = [_nearest(dataset, one, other.name), _nearest(dataset, other, one.name)]
-    noise = [float(np.sqrt(np.mean(channel.noise**2))) for channel in (one, other)]
+    noise = [rms(channel.noise) for channel in (one, other)]
     if any(residual < NOISE * sigma for residual, sigma in zip(own, noise, strict=True)):
         return ""
     if any(after > MENDED * before for before, after in zip(own, exchanged, strict=True)):
@@ -120,7 +121,7 @@ class _Beside:
 def _finding(beside: _Beside) -> str:
     """What one number would mend; empty where nothing has to be."""
     channel, allowed = beside.channel, beside.correlation[beside.allowed]
-    name, noise = channel.name, float(np.sqrt(np.mean(channel.noise**2)))
+    name, noise = channel.name, rms(channel.noise)
     low, high, peak = float(beside.peaks.min()), float(beside.peaks.max()), channel.peak
     span = f"{quantity(low, channel.unit)} .. {quantity(high, channel.unit)}"
     end, last = beside.end, _last(channel)

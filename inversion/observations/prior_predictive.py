@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
-from birdstrike.inversion.misfit import rmse
+from birdstrike.inversion.misfit import rms, rmse
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.fit import PriorPredictive
 from birdstrike.surrogate.inverse_network import sampled
@@ -50,18 +50,14 @@ def prior_predictive(dataset: Dataset, observations: Observations, residual: Arr
     distance = {channel: rmse(model[channel], measured[channel]) for channel in measured}
     residuals = observations.split(residual)
     rejected = any(_too_large(part, REJECT / len(residuals)) for part in residuals.values())
-    fit = max(_rms(part) for part in residuals.values())
+    fit = max(rms(part) for part in residuals.values())
     inside = not rejected and float(beyond.mean()) <= 0.5
     return PriorPredictive(bool(inside), fit, float(beyond.mean()), int(dataset.runs[nearest]), distance)
 
 
 def _too_large(residual: Array, level: float) -> bool:
     """Whether a channel's whitened residual (n,) is larger than chance and a badly known noise explain."""
-    return bool(chi2.sf(residual @ residual, len(residual)) < level and _rms(residual) > NOISE_MAY_BE_WRONG_BY)
-
-
-def _rms(residual: Array) -> float:
-    return float(np.sqrt(np.mean(residual**2)))
+    return bool(chi2.sf(residual @ residual, len(residual)) < level and rms(residual) > NOISE_MAY_BE_WRONG_BY)
 
 
 def emulator_or_model(

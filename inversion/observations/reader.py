@@ -2,8 +2,8 @@
 
 A channel is cut to the simulated record, its gaps, clipped and frozen readings, those beside a clipped stretch and
 single outliers go, and every point gets its noise: by the file's sigma column, the case, the record before contact, the
-scatter of neighbouring points, or a tolerance. Times stay on the record's own
-clock: how far that is off the model's is for the fit to find, within the time origin's standard deviation.
+scatter of neighbouring points, or 1 % of the peak. Times stay on the record's own clock: how far that is off the
+model's is for the fit to find, within the time origin's standard deviation.
 """
 
 from __future__ import annotations
@@ -62,6 +62,11 @@ MEANING = {
 }
 
 
+def stated_noise(case: Case) -> dict[str, float]:
+    """Sensor -> standard deviation that a case states of its readings, SI; those without one are left out."""
+    return {name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise}
+
+
 @dataclass(frozen=True)
 class Expected:
     """What is known of a record before it is read.
@@ -90,8 +95,7 @@ class Expected:
         """
         uncertain = spare + FARTHEST_ORIGIN * case.inversion.nuisance.get("time_offset", 0.0)
         units = {name: sensor.unit for name, sensor in case.sensors.items()}
-        noise = {name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise}
-        return cls(units, 0.0, end - spare, case.first_contact - uncertain, noise)
+        return cls(units, 0.0, end - spare, case.first_contact - uncertain, stated_noise(case), f"case {case.name}")
 
     @classmethod
     def of_campaign(cls, dataset: Dataset, noise: Mapping[str, float], time_offset: float = 0.0) -> Expected:
@@ -179,7 +183,6 @@ class ChannelRecord:
 def read_record(
     measured: Measured,
     expected: Expected,
-    tolerance: float | None = None,
     fewest: int = 1,
     test_stated: bool = True,
     zero: bool = False,
@@ -193,9 +196,6 @@ def read_record(
     expected : Expected
         Sensors with their units, the simulated record, and the noise that the case states:
         `Expected.of_case` or `Expected.of_campaign`.
-    tolerance : float, optional
-        Standard deviation as a share of the channel's peak where no noise is stated nor known before contact. Without
-        it the scatter of neighbouring points is taken, or 1 %, and the noise is marked as inferred.
     fewest : int
         Points that a channel must have inside the simulated record.
     test_stated : bool
@@ -226,7 +226,7 @@ def read_record(
     errors = [error for name in measured.channels for error in _mismatch(measured, expected, name)]
     if errors:
         raise MeasuredError(errors)
-    return tuple(_channel(measured, expected, name, tolerance, fewest, test_stated, zero) for name in measured.channels)
+    return tuple(_channel(measured, expected, name, fewest, test_stated, zero) for name in measured.channels)
 
 
 def _mismatch(measured: Measured, expected: Expected, name: str) -> list[str]:
@@ -244,7 +244,6 @@ def _channel(
     measured: Measured,
     expected: Expected,
     name: str,
-    tolerance: float | None,
     fewest: int,
     test_stated: bool,
     zero: bool,
@@ -267,7 +266,7 @@ def _channel(
     before = BeforeContact.of(times[early], values[early], peak, float(np.ptp(times[kept])))
     white = _white(expected, name, times[kept], values[kept])
     stated = Stated(expected.noise.get(name), sigma, kept, early, test_stated)
-    noise, remarks = channel_noise(name, unit, peak, before, stated, tolerance, white)
+    noise, remarks = channel_noise(name, unit, peak, before, stated, white)
     noise, more = with_digitiser(name, unit, noise, times[kept], values[kept])
     baseline = _worthwhile(before.baseline, times[kept], noise)
     level = saturated(values[kept], noise.level)

@@ -145,7 +145,7 @@ class Prediction(Displayed):
 
     def draw(self) -> tuple[Any, ...]:
         """The first sensors."""
-        return tuple(partial(_plotted, self.plot, name) for name in list(self.bands)[:3])
+        return tuple(partial(self.plot, name) for name in list(self.bands)[:3])
 
 
 def _scale(on: Axes, band: Band) -> float:
@@ -153,10 +153,6 @@ def _scale(on: Axes, band: Band) -> float:
     drawn, own = np.asarray(on.lines[-1].get_ydata()), band.quantiles["q50"]
     at = int(np.argmax(np.abs(own)))
     return float(drawn[at] / own[at]) if own[at] else 1.0
-
-
-def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
-    return plot(name, axes)
 
 
 def tearing_words(torn: Mapping[str, Any]) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import read_json
 from birdstrike.data.histories import Array
 from birdstrike.data.tree import load_tree
 from birdstrike.inversion.diagnosis.diagnose import curve_files
@@ -18,7 +19,7 @@ from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
-from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError, read_results
+from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
 from birdstrike.solver.case.case import load_case
 
 Tree = Mapping[str, Any]
@@ -26,7 +27,7 @@ Tree = Mapping[str, Any]
 
 def read_diagnosis(folder: Path) -> Learnt:
     """What a diagnosis' folder tells; raises UserError for one that is incomplete or of an earlier version."""
-    content = read_results(folder / "diagnosis.json")
+    content = read_json(folder / "diagnosis.json")
     missing = [name for name in (FILE, "case.toml") if not (folder / name).is_file()]
     model = {} if missing else load_tree(folder / FILE)
     if missing or "posterior" not in model or "contacts" not in model:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
+from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
 
@@ -153,16 +151,5 @@ def amplitudes(
         for name, error in shot.errors.items():
             size = stated[name] if name in stated else float(np.sqrt(error.excess(label)))
             sizes.setdefault(error.kind, []).append(max(size, remainder(error.kind)))
-    shared = {
-        kind: float(np.sqrt(np.mean(np.square(own)))) * KNOWN_TO ** rng.standard_normal(n)
-        for kind, own in sizes.items()
-    }
+    shared = {kind: rms(own) * KNOWN_TO ** rng.standard_normal(n) for kind, own in sizes.items()}
     return shared, {kind: np.full(n, remainder(kind)) for kind in sizes}
-
-
-def read_results(path: Path) -> dict[str, Any]:
-    """A command's JSON; raises UserError for a damaged one."""
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise UserError(f"{path} is damaged; repeat the command that made it") from error

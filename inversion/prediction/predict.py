@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,8 +13,7 @@ from birdstrike.data.errors import UnitError, UserError
 from birdstrike.data.out_folder import model_of
 from birdstrike.data.units import to_si
 from birdstrike.doe.campaign.run import retry_before
-from birdstrike.doe.campaign.runner import RunCounts
-from birdstrike.doe.campaign.simulations import Simulations
+from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.inversion.prediction.answer import (
     Band,
     Limit,
@@ -47,12 +46,6 @@ BUDGET = 40
 LEAST_BUDGET = 8
 NEVER_TEARS = 10.0  # failure strain of a plate whose case states none
 LARGE = 0.05  # share of the simulations
-Counter = Callable[[], AbstractContextManager[Callable[[RunCounts], None]]]
-
-
-def uncounted() -> AbstractContextManager[Callable[[RunCounts], None]]:
-    """No bar of simulations."""
-    return nullcontext(lambda _: None)
 
 
 @dataclass(frozen=True)

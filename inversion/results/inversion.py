@@ -83,9 +83,14 @@ class Inversion(Displayed):
         return _ADAPTER.validate_json(path.read_bytes())
 
     @property
+    def best_answer(self) -> Answer:
+        """The best method's answer, the first one's where none is verified."""
+        return self.methods[self.best or next(iter(self.methods))]
+
+    @property
     def headline(self) -> str:
         """The best method's answer: each parameter with its interval, or that it is not identifiable."""
-        answer = self.methods[self.best or next(iter(self.methods))]
+        answer = self.best_answer
         said = []
         for name, one in answer.parameters.items():
             if not one.identified or one.value is None:

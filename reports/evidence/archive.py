@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import plain, whole_file
+from birdstrike.data.files import plain, read_json, whole_file
 from birdstrike.reports.evidence.sources import CAMPAIGN_FILES, Sources, find_sources, repeat_line, repeat_words
 from birdstrike.reports.evidence.summary import summary_page
 from birdstrike.reports.evidence.verification_rows import Aspect, aspects, read_rows
@@ -162,7 +162,7 @@ def _files(folder: Path, place: str) -> Iterator[tuple[str, bytes]]:
 
 def _manifest(sources: Sources, entries: dict[str, bytes], versions: dict[str, str]) -> dict[str, Any]:
     answer = sources.answer
-    summaries = [json.loads((one / "summary.json").read_text(encoding="utf-8")) for one in sources.campaigns]
+    summaries = [read_json(one / "summary.json") for one in sources.campaigns]
     return {
         "case": sources.case.name,
         "case_hash": case_hash(sources.case),

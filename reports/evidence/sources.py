@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,9 +11,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import read_json
 from birdstrike.data.out_folder import maker_of
 from birdstrike.data.paths import resolve_measured
-from birdstrike.doe.campaign.folder import CampaignFolder, read_json
+from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import OPTIONS_FILE
 from birdstrike.reports.results.parts import find_parts
@@ -103,7 +103,7 @@ def _options(inversion: Path, answer: Inversion) -> tuple[dict[str, Any], list[s
     """The options of train-and-invert; of a folder of an older version, those that inversion.json tells."""
     path = inversion / OPTIONS_FILE
     if path.is_file():
-        return json.loads(path.read_text(encoding="utf-8")), []
+        return read_json(path), []
     paths = [shot.path for shot in answer.shots] or [answer.measured.path]
     methods = list(answer.methods)
     known = {

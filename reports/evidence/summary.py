@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import Any
 
+from birdstrike.data.files import read_json
 from birdstrike.inversion.formatting import flight, quantity, span
 from birdstrike.reports.evidence.sources import Sources, repeat_line
 from birdstrike.reports.evidence.verification_rows import Aspect
@@ -60,7 +58,7 @@ def summary_page(
 
 
 def _answer(sources: Sources) -> Iterator[str]:
-    answer = sources.answer.methods[sources.answer.best or next(iter(sources.answer.methods))]
+    answer = sources.answer.best_answer
     for name, one in answer.parameters.items():
         value = "no value" if one.value is None else quantity(one.value, one.unit, 4)
         if one.identified and one.interval_95 is not None:
@@ -70,7 +68,7 @@ def _answer(sources: Sources) -> Iterator[str]:
     if answer.verified_relative is not None:
         yield f"- Simulation at this answer and the record: {100.0 * answer.verified_relative:.2g} % of the peaks (RMS)"
     if sources.diagnosis is not None:
-        content = json.loads((sources.diagnosis / "diagnosis.json").read_text(encoding="utf-8"))
+        content = read_json(sources.diagnosis / "diagnosis.json")
         yield f"- Diagnosis: {str(content['verdict']).replace('_', ' ')}. {content.get('sentence', '')}"
 
 
@@ -80,7 +78,7 @@ def _inputs(sources: Sources, digests: Mapping[str, str]) -> Iterator[str]:
         yield f"- Record {record.name} ({kind}), SHA-256 {digests[f'records/{record.name}']}"
     yield f"- Case {sources.case.name}, hash {case_hash(sources.case)}; solver {SOLVER_VERSION} (digest of its sources)"
     for number, campaign in enumerate(sources.campaigns, 1):
-        summary = _json(campaign / "summary.json")
+        summary = read_json(campaign / "summary.json")
         design = summary.get("design", {})
         made = f"design {design.get('kind')}, {design.get('runs')} runs, seed {design.get('seed')}"
         yield f"- Campaign {number}: {made}, solver {summary.get('solver_version')}"
@@ -98,14 +96,9 @@ def _validity(sources: Sources) -> Iterator[str]:
     if not case.plate.rigid and case.target is None:
         yield f"- Target: plate of {quantity(case.plate.thickness, 'm', 4)}, edges {case.plate.edge_words}"
     yield from (f"- Effect that the case states: {line}" for line in stated(case))
-    unknown = [n for n, one in _best(sources).items() if not one["identified"]]
+    unknown = [name for name, one in sources.answer.best_answer.parameters.items() if not one.identified]
     if unknown:
         yield f"- Not identified, and so only a place in its range: {', '.join(unknown)}"
-
-
-def _best(sources: Sources) -> dict[str, dict[str, Any]]:
-    answer = sources.answer.methods[sources.answer.best or next(iter(sources.answer.methods))]
-    return {name: {"identified": one.identified} for name, one in answer.parameters.items()}
 
 
 def _checks(found: Sequence[Aspect]) -> Iterator[str]:
@@ -120,12 +113,8 @@ def _checks(found: Sequence[Aspect]) -> Iterator[str]:
 def _open(sources: Sources, found: Sequence[Aspect]) -> Iterator[str]:
     lines = [*sources.open_points, *sources.answer.warnings]
     if sources.diagnosis is not None:
-        lines += _json(sources.diagnosis / "diagnosis.json").get("warnings", [])
+        lines += read_json(sources.diagnosis / "diagnosis.json").get("warnings", [])
     lines += [f"verification: {one.name}: {one.missing}" for one in found if one.missing]
     yield from (f"- {line}" for line in dict.fromkeys(lines))
     if not lines:
         yield "None."
-
-
-def _json(path: Path) -> dict[str, Any]:
-    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}

@@ -114,10 +114,10 @@ def preset(name: str, theta: Sequence[float], effects: Mapping[str, float] | Non
     return {"name": name, "theta": [float(v) for v in theta], "effects": dict(effects or {}), "clock": clock}
 
 
-def runs(parameters: Array, time: Array, curves: Mapping[str, Array], shot: int = 0) -> Table | None:
-    """The campaign's points (n, k) SI and its curves, thinned to what a screen shows; None where none are known."""
+def runs(parameters: Array, time: Array, curves: Mapping[str, Array]) -> Table | None:
+    """The campaign's points (n, k) SI and curves (of the first shot), thinned for a screen; None without points."""
     if not len(parameters):
         return None
     kept = np.unique(np.linspace(0, len(time) - 1, min(len(time), MOST_INSTANTS)).round().astype(int))
     few = {name: np.asarray(values[:MOST_RUNS, kept], dtype=np.float32) for name, values in curves.items()}
-    return {"parameters": parameters[:MOST_RUNS], "time": time[kept], "curves": few, "shot": shot}
+    return {"parameters": parameters[:MOST_RUNS], "time": time[kept], "curves": few, "shot": 0}

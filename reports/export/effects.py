@@ -33,8 +33,7 @@ WIDE = 20
 class FoundEffect:
     """One effect of a diagnosis; magnitude, interval_95 in SI; whole: its name in diagnosis.json, with place or shot.
 
-    declared: the case of the shot that alone has it, else of the first shot; changed: that case with it, None where it
-    cannot carry it.
+    changed: the case of the shot that alone has it, else of the first shot, with it; None where that cannot carry it.
     """
 
     name: str
@@ -42,13 +41,12 @@ class FoundEffect:
     magnitude: float
     interval_95: tuple[float, float] | None
     probability: float
-    declared: Case
     changed: Case | None
 
 
 @dataclass(frozen=True)
 class FoundEffects:
-    """verdict: of the diagnosis, in its own words; declared: the case that it is about."""
+    """verdict: of the diagnosis, in its own words."""
 
     verdict: str
     sentence: str
@@ -79,7 +77,7 @@ def read_effects(folder: Path, case: str | Path | None = None) -> FoundEffects |
             shot = label_parts(entry["name"])[2]
             own = declared if case or not shot else load_case(_case_of_shot(path.parent, shots, shot))
             changed = _changed(own, _acting(entry["name"]), float(entry["magnitude"]))
-            found.append(FoundEffect(*about, own, changed))
+            found.append(FoundEffect(*about, changed))
     return FoundEffects(content["verdict"], content.get("sentence", ""), tuple(found))
 
 

@@ -58,11 +58,11 @@ def _field(field: float | str | None, width: int) -> str:
     return text.rjust(width)
 
 
-def ten_a_line(numbers: Iterable[int], width: int = 10, count: int = 10) -> Iterator[str]:
-    """Whole numbers, so many in a line."""
+def ten_a_line(numbers: Iterable[int], count: int = 10) -> Iterator[str]:
+    """Whole numbers in columns of ten, so many in a line."""
     listed: Sequence[int] = [int(n) for n in numbers]
     for first in range(0, len(listed), count):
-        yield "".join(f"{n:{width}d}" for n in listed[first : first + count])
+        yield "".join(f"{n:10d}" for n in listed[first : first + count])
 
 
 def comments(sign: str, lines: Iterable[str]) -> list[str]:

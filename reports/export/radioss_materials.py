@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import UnitSystem
@@ -36,7 +36,7 @@ def bird_lines(material: BirdMaterial, density: float, number: int, system: Unit
     if isinstance(material, NullMaterial):
         return [*_null(material, density, number, system), *_eos(material.eos, density, number, system)]
     if isinstance(material, ElasticMaterial):
-        return _elastic("bird", density, material.young, material.poisson, number, system)
+        return _head("ELAST", "bird", (density, material.young, material.poisson), number, system)
     if isinstance(material, HydrodynamicMaterial):
         return [*_hydrodynamic(material, density, number, system), *_eos(material.eos, density, number, system)]
     if isinstance(material, PlasticKinematicMaterial):
@@ -70,24 +70,11 @@ def _null(material: NullMaterial, density: float, number: int, system: UnitSyste
     yield card(kinematic, _cutoff(material.pressure_cutoff, system), width=WIDE)
 
 
-def _elastic(title: str, density: float, young: float, poisson: float, number: int, system: UnitSystem) -> list[str]:
-    return [
-        f"/MAT/ELAST/{number}",
-        title,
-        "#              RHO_I",
-        card(system.value(density, "kg/m^3"), width=WIDE),
-        "#                  E                  nu",
-        card(system.value(young, "Pa"), poisson, width=WIDE),
-    ]
-
-
 def _hydrodynamic(material: HydrodynamicMaterial, density: float, number: int, system: UnitSystem) -> Iterator[str]:
     solid = material.build(density)
     bulk, shear = solid.bulk_modulus, solid.shear_modulus
     poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear))
-    yield from (f"/MAT/HYDPLA/{number}", "bird")
-    yield from ("#              RHO_I", card(system.value(density, "kg/m^3"), width=WIDE))
-    yield from ("#                  E                  nu", card(system.value(solid.young, "Pa"), poisson, width=WIDE))
+    yield from _head("HYDPLA", "bird", (density, solid.young, poisson), number, system)
     yield "#                  a                   b                   n             eps_max           sigma_max"
     hardening = [system.value(value, "Pa") for value in (material.yield_stress, material.hardening_modulus)]
     yield card(*hardening, 1.0, _limit(material.failure_strain), 0.0, width=WIDE)
@@ -169,7 +156,7 @@ def metal_lines(
         rate = (material.rate_c, material.rate_p)
         return _cowper(title, numbers, 1.0 - material.beta, rate, material.failure_strain, number, system)
     if not isinstance(material, Metal):
-        return _elastic(title, *RIGID, number, system)
+        return _head("ELAST", title, RIGID, number, system)
     refuse_fracture(title, material)
     if isinstance(material, Power) and material.n <= 1.0:
         numbers = (material.density, material.young, material.poisson, material.a, material.b, material.n)
@@ -247,7 +234,10 @@ Numbers = tuple[float, float, float, float, float, float]
 """Density, Young's modulus, Poisson's ratio; a, b [Pa] and n of the flow stress a + b eps_p^n."""
 
 
-def _head(kind: str, title: str, numbers: Numbers, number: int, system: UnitSystem, more: int | None) -> list[str]:
+def _head(
+    kind: str, title: str, numbers: Sequence[float], number: int, system: UnitSystem, more: int | None = None
+) -> list[str]:
+    """What all laws begin with: density, Young's modulus and Poisson's ratio, the first three of the numbers, SI."""
     density, young, poisson = numbers[:3]
     flag = [] if more is None else [(more, 10)]
     return [
@@ -273,7 +263,7 @@ def _cowper(
     c, p = rate
     hardening = (system.value(a, "Pa"), system.value(b, "Pa"), n, kinematic, 0.0)
     return [
-        *_head("COWPER", title, numbers, number, system, None),
+        *_head("COWPER", title, numbers, number, system),
         "#                  a                   b                   n              C_hard             sig_max",
         card(*hardening, width=WIDE),
         "#                  c                   p       ICC   Fsmooth               F_cut                  VP",

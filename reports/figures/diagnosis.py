@@ -118,19 +118,25 @@ def _family_legend(figure: Figure, totals: Mapping[str, float], shown: list[str]
 @styled
 def residual_figure(curves: pd.DataFrame, units: Mapping[str, str]) -> Figure:
     """Per channel: residuals before and after on the same axes, with the bands of noise and of all errors together."""
+    figure, panels = _panels(curves, 1.9, 0.7)
+    for name, axes in panels.items():
+        _residuals(axes, curves.loc[curves["channel"] == name], name, units[name])
+    legend_above(next(iter(panels.values())), columns=4)
+    return figure
+
+
+def _panels(curves: pd.DataFrame, row: float, rest: float) -> tuple[Figure, dict[str, Axes]]:
+    """A figure with axes for every channel, at most two beside each other; row, rest: its height [in]."""
     channels = list(dict.fromkeys(curves["channel"]))
     columns = min(len(channels), 2)
     rows = -(-len(channels) // columns)
-    figure = Figure(figsize=(WIDE, 1.9 * rows + 0.7), layout="constrained")
+    figure = Figure(figsize=(WIDE, row * rows + rest), layout="constrained")
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
-    for axes, name in zip(grid.flat, channels, strict=False):
-        _residuals(axes, curves.loc[curves["channel"] == name], name, units[name])
     for axes in grid.flat[len(channels) :]:
         axes.set_visible(False)
     for axes in grid[-1]:
         axes.set_xlabel("time [ms]")
-    legend_above(grid[0, 0], columns=4)
-    return figure
+    return figure, dict(zip(channels, grid.flat, strict=False))
 
 
 def _residuals(axes: Axes, part: pd.DataFrame, name: str, unit: str) -> None:
@@ -162,21 +168,13 @@ def _displayed(part: pd.DataFrame, unit: str) -> tuple[Any, dict[str, Any], str]
 @styled
 def curves_figure(curves: pd.DataFrame, units: Mapping[str, str]) -> Figure:
     """Per channel: the record and the model before and after."""
-    channels = list(dict.fromkeys(curves["channel"]))
-    columns = min(len(channels), 2)
-    rows = -(-len(channels) // columns)
-    figure = Figure(figsize=(WIDE, 2.3 * rows + 0.6), layout="constrained")
-    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
-    for axes, name in zip(grid.flat, channels, strict=False):
+    figure, panels = _panels(curves, 2.3, 0.6)
+    for name, axes in panels.items():
         time, values, shown = _displayed(curves.loc[curves["channel"] == name], units[name])
         axes.plot(time, values["measured"], ".", color=BLACK, markersize=2.5, label="record")
         for key, (colour, dash) in STATES.items():
             if np.isfinite(values[key]).any():
                 axes.plot(time, values[key], color=colour, linestyle=dash, lw=1.2, label=f"model, {key}")
         axes.set_title(f"{name.replace('_', ' ')} [{shown or '-'}]")
-    for axes in grid.flat[len(channels) :]:
-        axes.set_visible(False)
-    for axes in grid[-1]:
-        axes.set_xlabel("time [ms]")
-    legend_above(grid[0, 0])
+    legend_above(next(iter(panels.values())))
     return figure

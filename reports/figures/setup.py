@@ -18,6 +18,7 @@ from birdstrike.reports.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILIO
 _WIDTH = 6.4  # in: a sketch, not a drawing
 ROW = 0.06  # of the plate's width: sensors nearer than that across it stand in one row
 HEIGHTS = (8, -16, 22, -30)  # points
+POINTS = 96  # of an outline
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def setup_figure(setup: SetUp) -> Figure:
     return figure
 
 
-def bird_outline(setup: SetUp, points: int = 96) -> Array:
+def bird_outline(setup: SetUp, points: int = POINTS) -> Array:
     """Outline of the bird in the vertical plane of its velocity, (n, 2) [m]: x along the plate, z off mid-surface.
 
     The bird's axis lies on the velocity. `axis`: that axis points at the plate's centre; `first_touch`: the point
@@ -150,10 +151,10 @@ def _height(setup: SetUp, name: str) -> int:
     return HEIGHTS[place % len(HEIGHTS)]
 
 
-def _shadow(setup: SetUp, outline: Array, points: int = 96) -> Array:
+def _shadow(setup: SetUp, outline: Array) -> Array:
     """The bird seen from above: its round section swept along x between the outline's ends, (n, 2) [m]."""
     radius = setup.bird_diameter / 2
-    turn = np.linspace(0.0, 2 * np.pi, points, endpoint=False)
+    turn = np.linspace(0.0, 2 * np.pi, POINTS, endpoint=False)
     middle, half = (outline[:, 0].max() + outline[:, 0].min()) / 2, np.ptp(outline[:, 0]) / 2
     if setup.bird_shape == "ellipsoid":
         return np.column_stack((middle + half * np.cos(turn), radius * np.sin(turn)))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_atomically
+from birdstrike.data.files import read_json, write_atomically
 from birdstrike.inversion.audit.draws import PARTICLES, SHELLS, SHELLS_OF_FORM, name_of
 from birdstrike.inversion.audit.tables import NEAR, criteria
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
@@ -194,7 +193,7 @@ def write_audit_page(folder: str | Path) -> Path:
     path = place / "audit.json"
     if not path.is_file():
         raise UserError(f"no audit.json in {place}; make it with: birdstrike audit --out {place}")
-    content = json.loads(path.read_text(encoding="utf-8"))
+    content = read_json(path)
     write_atomically(place / "audit.html", page(content))
     return place / "audit.html"
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from birdstrike.data.curves import read_histories
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_atomically
+from birdstrike.data.files import read_json, write_atomically
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.formatting import plain, quantity, span
 from birdstrike.inversion.prediction.answer import QUANTILES, tearing_words
@@ -33,7 +32,7 @@ def write_prediction_page(folder: str | Path) -> Path:
     missing = [name for name in ("prediction.json", "prediction.csv") if not (place / name).is_file()]
     if missing:
         raise UserError(f"{place} lacks {' and '.join(missing)}; make them with birdstrike predict")
-    content = json.loads((place / "prediction.json").read_text(encoding="utf-8"))
+    content = read_json(place / "prediction.json")
     write_atomically(place / "prediction.html", page(content, read_histories(place / "prediction.csv")))
     return place / "prediction.html"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from pydantic import ValidationError
 
 from birdstrike.data.curves import Measured, read_histories
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import read_json
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore
 from birdstrike.data.units import display
@@ -112,7 +112,7 @@ def read_results(source: Path | Parts) -> Results:
 
 def read_campaign(parts: Parts, doe: Path) -> CampaignResults:
     """A finished campaign; raises UserError."""
-    campaign = json.loads((doe / "summary.json").read_text(encoding="utf-8"))
+    campaign = read_json(doe / "summary.json")
     return CampaignResults(
         folder=parts.folder,
         doe=doe,

@@ -241,8 +241,8 @@ def _caption(seen: Mapping[str, Sequence[Snapshot]], scene: Scene, solid: bool) 
     )
 
 
-def _colours(colours: Colormap, steps: int = 64) -> list[str]:
-    return [to_hex(colour) for colour in colours(np.linspace(0.0, 1.0, steps))]
+def _colours(colours: Colormap) -> list[str]:
+    return [to_hex(colour) for colour in colours(np.linspace(0.0, 1.0, 64))]
 
 
 def _mm(values: Array) -> list[float]:

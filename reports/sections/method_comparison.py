@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from birdstrike.data.files import read_json
 from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.figures.quantities import symbol
 from birdstrike.reports.results.results import Results
@@ -18,7 +18,7 @@ def section(results: Results) -> Section | None:
     path = results.folder / FILE
     if not path.is_file():
         return None
-    content = json.loads(path.read_text(encoding="utf-8"))
+    content = read_json(path)
     truth = ", ".join(f"{symbol(name, content['truth'])} {value:.4g}" for name, value in content["truth"].items())
     intro = (
         f"Simulated records of known truth ({truth}, SI) from a campaign of {content['campaign_runs']} simulations: "

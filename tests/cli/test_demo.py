@@ -10,8 +10,9 @@ from birdstrike.cli.app import app
 from birdstrike.cli.close_the_loop import diagnosis_lines
 from birdstrike.data.curves import read_measured
 from birdstrike.data.paths import resolve_measured
+from birdstrike.inversion.diagnosis.diagnose import read_records
 from birdstrike.inversion.diagnosis.plan import meshes
-from birdstrike.loop import answer_of, checked, stated_truth
+from birdstrike.loop import answer_of, stated_truth
 from birdstrike.solver.case.case import case_hash, load_case
 
 SHOT, BASELINE = "openradioss_speed96", "openradioss_clean1"
@@ -29,8 +30,8 @@ def test_the_case_of_the_rig_stays_what_the_documented_figures_were_made_with() 
 
 @pytest.mark.parametrize("name", [SHOT, BASELINE])
 def test_records_fit_the_case_and_state_what_was_simulated_and_what_was_true(name: str) -> None:
-    case, _ = checked("demo_rig", name)
-    record = read_measured(resolve_measured(name))
+    (shot,) = read_records("demo_rig", name).shots
+    case, record = shot.case, shot.record
     assert record.simulated
     assert "SIMULATED by OpenRadioss, NOT MEASURED" in record.provenance[0]
     assert set(record.channels) == set(case.sensors)

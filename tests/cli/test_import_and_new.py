@@ -12,7 +12,7 @@ from birdstrike import new
 from birdstrike.cli.app import app
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError
-from birdstrike.loop import checked
+from birdstrike.inversion.diagnosis.diagnose import read_records
 from birdstrike.solver.case.case import load_case
 
 
@@ -31,7 +31,7 @@ def test_an_imported_curve_fits_the_new_case(tmp_path: Path) -> None:
     assert f"Written to {record}. Next: birdstrike close-the-loop CASE --measured {record}" in found.stdout
     assert json.loads(found.stdout.splitlines()[-1])["points"] == 4
     assert invoke("new", case).exit_code == 0
-    checked(case, record)
+    read_records(case, record)
 
 
 def test_the_new_case_is_valid_and_says_what_every_key_is(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 from birdstrike.cli.app import app
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import MeasuredError
-from birdstrike.loop import checked
+from birdstrike.inversion.diagnosis.diagnose import read_records
 from tests.inversion.stand_in import pulse, truth
 
 CENTRE = "displacement_centre"
@@ -186,11 +186,11 @@ def test_a_channel_that_is_left_out_need_not_be_a_sensor_of_the_case(tmp_path: P
     """What `close-the-loop --channels` checks before it pays for a simulation."""
     record = tmp_path / "two.csv"
     record.write_text(f"time [ms],{CENTRE} [mm],trigger [mm]\n0,0,1\n1,2,5\n2,1,5\n")
-    with pytest.raises(MeasuredError, match='channel "trigger" is no sensor of case'):
-        checked("reference_strike", record)
-    assert checked("reference_strike", record, (CENTRE,))[1] == record
+    with pytest.raises(MeasuredError, match=r'channel "trigger" in .* is no sensor of case'):
+        read_records("reference_strike", record)
+    assert list(read_records("reference_strike", record, channels=(CENTRE,)).shots[0].record.channels) == [CENTRE]
     with pytest.raises(MeasuredError, match=f'--channels: .* has no channel "laser"; its channels: {CENTRE}, trigger'):
-        checked("reference_strike", record, ("laser",))
+        read_records("reference_strike", record, channels=("laser",))
 
 
 ROWS = [f"{1e3 * v:.4f}" for v in pulse(truth(0.5), 1e-3 * TIME)]

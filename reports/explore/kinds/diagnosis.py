@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import read_json
 from birdstrike.data.tree import load_tree
 from birdstrike.inversion.diagnosis.answer import headline
 from birdstrike.inversion.diagnosis.diagnose import curve_files
@@ -38,7 +38,7 @@ def read(folder: Path) -> tuple[View]:
             f"no {FILE} in {folder}: its diagnosis was made by an earlier version; repeat birdstrike diagnose with the "
             "same --out, which finds its simulations there"
         )
-    content, model = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8")), load_tree(folder / FILE)
+    content, model = read_json(folder / "diagnosis.json"), load_tree(folder / FILE)
     fits, parameters = model["fits"], model["parameters"]
     names = [one["name"] for one in model["shots"]]
     told = (content["after"] if "after" in fits else content["before"])["parameters"]

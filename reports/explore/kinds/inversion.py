@@ -39,7 +39,7 @@ def view_of(folder: Path, case: Path) -> View:
     inversion = _loaded(folder)
     emulator = load_emulator(folder / "emulator.npz")
     theta, curves = read_runs(folder / "emulator.npz")
-    best = inversion.methods[inversion.best or next(iter(inversion.methods))]
+    best = inversion.best_answer
     estimates = best.parameters
     table = pd.read_csv(folder / "verification.csv")
     time = table["time_s"].to_numpy(float)

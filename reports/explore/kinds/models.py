@@ -5,7 +5,6 @@ A constant that was sought over decades moves as the fraction of its logarithmic
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import read_json
 from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.formatting import plain, span
 from birdstrike.inversion.models.results import read_comparison
@@ -34,7 +34,7 @@ def read(folder: Path) -> tuple[View, ...]:
     folder, model = model_of(folder) or (folder, "")
     content = read_comparison(folder, model)
     names = [model] if model else content["ranking"]
-    missing = [name for name in names if "noise" not in _read_json(folder / name / "emulator.json")]
+    missing = [name for name in names if "noise" not in read_json(folder / name / "emulator.json")]
     if missing or not names:
         raise UserError(
             f"no emulator of {', '.join(missing) or 'any model'} in {folder}, or one of an earlier version; repeat "
@@ -44,12 +44,8 @@ def read(folder: Path) -> tuple[View, ...]:
     return tuple(_view(folder / name, name, content, records) for name in names)
 
 
-def _read_json(path: Path) -> dict[str, Any]:
-    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-
-
 def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, Measured]) -> View:
-    own, model = _read_json(folder / "emulator.json"), content["models"][name]
+    own, model = read_json(folder / "emulator.json"), content["models"][name]
     emulator = load_emulator(folder / "emulator.npz")
     theta, curves = read_runs(folder / "emulator.npz")
     presets = [preset("calibrated", own["calibrated"])]

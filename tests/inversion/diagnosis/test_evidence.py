@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -36,7 +37,7 @@ from birdstrike.inversion.diagnosis.evidence import (
     credible_set,
     probabilities,
 )
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, Hypothesis
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
 from birdstrike.inversion.diagnosis.responses import LINEAR, Change, Response, Uncertainty, scatter, updated
@@ -145,12 +146,17 @@ def test_thinned_amplitudes_are_every_other_one_of_each_kind() -> None:
     assert len(found.log_weights()) == 2
 
 
+def singles(every: Mapping[str, Hypothesis]) -> dict[str, Suspect]:
+    """As `Ranking.singles`."""
+    return {label: one.members[0] for label, one in every.items() if len(one.members) == 1}
+
+
 def alarm_of(y: np.ndarray, nodes: np.ndarray) -> float:
     """p-value of none for a record of the made-up shot."""
     every = models() | {SOMETHING_ELSE: Hypothesis(SOMETHING_ELSE, (), 0.05, SOMETHING_ELSE)}
     tester = ModelTester(system(0, y), known(nodes))
     fit: Any = SimpleNamespace(tester=tester, evidence=tester.model(every[NONE]))
-    ranking: Any = SimpleNamespace(fits={NONE: fit}, models=every)
+    ranking: Any = SimpleNamespace(fits={NONE: fit}, models=every, singles=singles(every))
     return alarm(ranking, 0, 99)
 
 
@@ -387,6 +393,7 @@ def test_simulations_go_to_the_effects_that_could_be_likeliest() -> None:
     best = {"e0": -100.0, "e1": -95.0, "e2": -103.0, "e3": -150.0, "e4": -99.0}
     ranking: Any = SimpleNamespace(
         models=every,
+        singles=singles(every),
         shares={NONE: 0.01} | dict.fromkeys(best, 0.1),
         standings={label: SimpleNamespace(at_best=value) for label, value in best.items()},
         evidence={NONE: SimpleNamespace(log_evidence=-130.0)},

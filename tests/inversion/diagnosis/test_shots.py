@@ -53,13 +53,6 @@ def test_a_drifting_sensor_is_not_taken_for_noise() -> None:
     assert read(drifting).traces[0].noise.level == pytest.approx(1e-4, rel=0.2)
 
 
-def test_without_any_noise_a_tolerance_is_taken_and_not_called_known() -> None:
-    late = replace(measured(WHITE), time=TIME + 1e-3)
-    record = read_record(late, Expected(UNITS, 0.0, 3e-3, -1.0), tolerance=0.03)
-    assert not record.noise_known
-    assert record.traces[0].noise.level == pytest.approx(0.03 * 5e-3, rel=0.1)
-
-
 def test_correlated_noise_is_found_with_its_covariance() -> None:
     rho = 0.6
     noise = np.asarray(lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], WHITE))

@@ -129,14 +129,13 @@ def test_a_sensor_that_does_not_read_zero_before_contact_is_named() -> None:
     assert not read_record(measured(), EXPECTED)[0].remarks
 
 
-def test_nothing_known_of_the_noise_is_a_tolerance() -> None:
+def test_nothing_known_of_the_noise_is_one_per_cent_of_the_peak() -> None:
     every = slice(None, None, 9)  # too few points to estimate the noise from their scatter
     late = measured(time=CLOCK[every] + 1e-3, channels={CHANNEL: measured().channels[CHANNEL][every]})
     expected = Expected({CHANNEL: "m"}, 0.0, 4e-3, -1.0)
-    (channel,) = read_record(late, expected, tolerance=0.03)
-    assert (channel.noise.known, channel.noise.inferred) == (False, False)
-    assert channel.noise.level == pytest.approx(0.03 * channel.peak)
-    assert read_record(late, expected)[0].noise.inferred
+    (channel,) = read_record(late, expected)
+    assert not channel.noise.known
+    assert channel.noise.level == pytest.approx(0.01 * channel.peak)
 
 
 def test_the_case_says_units_noise_and_when_the_plate_is_at_rest() -> None:
