@@ -360,6 +360,8 @@ def sentence_of(found: Diagnosis) -> str:
     if len(found.confidence_set) == 1:
         return f"{real} (p = {found.alarm:.2g}); {listed} is the likeliest explanation, but it is not attributed"
     more = f"; {rest} further models share the 95 % set" if rest > 0 else ""
+    if (first := found.effects[0]).probability >= LEVEL:
+        more += f"; together the models with {first.name} hold {first.probability:.2f}"
     return f"{real} (p = {found.alarm:.2g}); the record does not decide between {listed}{more}"
 
 

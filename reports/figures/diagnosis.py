@@ -62,7 +62,7 @@ def probability_figure(content: Mapping[str, Any]) -> Figure:
     right.set_xscale("log")
     right.set_xlim(*SHARES)
     right.set_xticks([0.1, 1.0, 10.0], ["0.1 %", "1 %", "10 %"])
-    right.set_title("model error that it would need")
+    right.set_title("model error needed")
     for axes in (left, right):
         axes.grid(axis="y", visible=False)
         axes.tick_params(axis="y", length=0)

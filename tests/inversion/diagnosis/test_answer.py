@@ -159,3 +159,22 @@ def test_a_record_without_alarm_names_what_is_likelier_than_none(
     )
     start = "The calibrated model explains the record (p = 0.41) with a model error of 2 % of the peak; "
     assert sentence_of(found) == start + end
+
+
+def test_an_effect_that_all_likely_models_have_is_told_as_such() -> None:
+    """A speed that was certain stood as 0.51 beside its pairs, as if the record left its presence open."""
+    shares = {"impact_speed": 0.51, "edge_slip+impact_speed": 0.46}
+    found: Any = SimpleNamespace(
+        verdict=AMBIGUOUS,
+        alarm=0.0005,
+        alpha=0.05,
+        required_discrepancy={"none": 0.011},
+        confidence_set=tuple(shares),
+        probabilities=shares,
+        effects=[replace(figures("impact_speed", (3.5, 5.6)), probability=0.97)],
+        named=lambda name: figures(name, (3.5, 5.6)),
+    )
+    assert sentence_of(found).endswith("; together the models with impact_speed hold 0.97")
+    open_effect = replace(found.effects[0], probability=0.6)
+    found.effects = [open_effect]
+    assert "together" not in sentence_of(found)

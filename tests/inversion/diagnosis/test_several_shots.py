@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import LONGEST, Measured, shot_names
-from birdstrike.inversion.diagnosis.answer import Diagnosis, _errors, errors
+from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, NO_RESIDUAL, Diagnosis, _errors, errors
 from birdstrike.inversion.diagnosis.diagnose import curve_files, diagnose
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.pipeline import _left_out
@@ -28,10 +28,10 @@ FASTER = 6.0  # m/s, than stated
 FAST = tiny().overlaid({"impact": {"speed": "110 m/s"}})
 
 
-def shot(name: str, speed: float, seed: int, *channels: str) -> Measured:
+def shot(name: str, speed: float, seed: int, *channels: str, viscosity: float = 430.0) -> Measured:
     """What the sensors record."""
     rng, time = np.random.default_rng(seed), TIME[::2]
-    curves = deflections(430.0, speed, 6e-3)
+    curves = deflections(viscosity, speed, 6e-3)
     seen = {channel: curves[channel][::2] + NOISE * rng.standard_normal(len(time)) for channel in channels}
     sigma = {channel: np.full(len(time), NOISE) for channel in seen}
     return Measured(time, seen, sigma, dict.fromkeys(seen, "m"), ("SIMULATED by a formula",), f"{name}.csv")
@@ -75,6 +75,27 @@ def test_the_magnitude_of_an_effect_of_one_shot_is_that_of_its_own_case(found: D
     assert all(after["solver"]["rmse"][name] < 2.0 * NOISE for name in (CENTRE, SIDE))
 
 
+def test_birds_of_several_shots_that_are_not_alike_are_each_calibrated_and_told(tmp_path: Path) -> None:
+    """One bird was fitted to all shots: two sound records of two birds were "something else" with probability 1.00."""
+    birds = {"slow": 180.0, "fast": 700.0}
+    speeds, numbers = {"slow": 80.0, "fast": 110.0}, {"slow": 1, "fast": 2}
+    records = [shot(n, speeds[n], numbers[n], CENTRE, SIDE, viscosity=viscosity) for n, viscosity in birds.items()]
+    with few_simulations(sought=("plate_thickness", "impact_speed")) as patch:
+        patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
+        found = diagnose([tiny(), FAST], records, tmp_path)
+    assert found.verdict == NO_RESIDUAL
+    for one in found.shots:
+        low, high = one["before"]["parameters"]["bird.material.viscosity"]["interval_95"]
+        assert low < birds[one["name"]] < high
+    assert any(one.startswith("the birds of the shots and baselines are not of one recipe") for one in found.warnings)
+    assert not any(name.startswith("shot ") for name in found.held_out), "no shot tells of the bird of another"
+
+
+def test_birds_that_are_alike_are_not_told_apart(found: Diagnosis) -> None:
+    assert not any("recipe" in one for one in found.warnings)
+    assert found.verdict == ATTRIBUTED
+
+
 def test_a_sensor_that_the_first_record_lacks_has_faults_and_a_place_on_the_page(found: Diagnosis, out: Path) -> None:
     assert f"sensor_gain.{CENTRE}" in {one.name for one in found.effects}
     assert list(found.noise["sensors"]) == [SIDE, CENTRE]
@@ -112,7 +133,7 @@ def test_two_shots_of_one_bird_share_a_channel_s_numerical_error_wherever_their_
     """What the process of one channel was off by was shared with the other channel of the second record."""
     first = rankings[0].problem.shots[1]
     again = replace(first, name="again", record=Record(tuple(first.record.traces[i] for i in kept), ()))
-    place = Places({first.name: rankings[0].fits["none"].places.z[first.name]}, {})
+    place = Places(dict.fromkeys((first.name, "again"), rankings[0].fits["none"].places.z[first.name]), {})
     directions = _numerical((first, again), place, np.linalg.cholesky(np.ones((2, 2)) + 1e-12 * np.eye(2)), True)
     n = len(first.record.values)
     same = np.concatenate([np.flatnonzero(first.record.channel == i) for i in kept])
