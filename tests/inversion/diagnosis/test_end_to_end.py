@@ -325,7 +325,7 @@ def test_an_effect_that_predicts_what_was_held_out_no_better_is_not_attributed(
     pipeline = "birdstrike.inversion.diagnosis.pipeline"
     monkeypatch.setattr(f"{pipeline}.verdict_of", lambda *_: "attributed")
     monkeypatch.setattr(
-        f"{pipeline}.hold_out", lambda _, model, __: [Held("time_block", 1.0, -(after if model.members else 1.0))]
+        f"{pipeline}.hold_out", lambda _, model, *__: [Held("time_block", 1.0, -(after if model.members else 1.0))]
     )
     folder, out = laboratory.folder, f"held_out_{verdict}"
     words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))

@@ -634,7 +634,8 @@ def test_a_stated_bird_is_the_only_one_that_is_weighed(stated: str) -> None:
 @pytest.mark.parametrize(("stated", "expected"), [("same", True), ("other", False), ("auto", False)])
 def test_records_contradict_a_stated_bird_that_they_make_unlikely(stated: str, expected: bool) -> None:
     shot: Any = SimpleNamespace(name="baseline clean")
-    pipeline: Any = Pipeline((), Baselines((shot,)), DiagnosisOptions(baseline_bird=stated), None)  # pyright: ignore[reportArgumentType]
+    own, options = SimpleNamespace(name="shot"), DiagnosisOptions(baseline_bird=stated)
+    pipeline: Any = Pipeline((own,), Baselines((shot,)), options, None)  # pyright: ignore[reportArgumentType]
     ranking: Any = SimpleNamespace(birds={"same": 0.001, "recipe": 0.049, "other": 0.95}, same_bird=1.0)
     assert pipeline.contradicted(ranking) is expected
     assert pipeline._same_bird(ranking) == (0.0 if expected else 1.0)  # 0: nothing is attributed
