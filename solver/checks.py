@@ -1,18 +1,24 @@
-"""Checks of a finished run: its energy and momentum balance against their limits, and its warnings."""
+"""Checks of a run: its sensors before it; after it the energy and momentum balance against limits, and warnings."""
 
 from __future__ import annotations
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.coupling import Coupling
-from birdstrike.solver.sensors.recording import remarks_on_sensors
-from birdstrike.solver.setup_warnings import setup_warnings
+from birdstrike.solver.sensors.recording import refuse_misplaced, remarks_on_sensors
+from birdstrike.solver.setup_warnings import aimed_off, setup_warnings
+from birdstrike.solver.target.mesh import ShellMesh
 
 BALANCE_LIMIT = 0.01  # of the normal kinetic energy, beyond it a run fails; shipped cases stay below 0.005
 LINKED_LIMIT = 0.02  # the same of a target that tears, or has ties or rivets
 LINEAR_LIMIT, ANGULAR_LIMIT = 1e-10, 0.01  # of the bird's momentum, and of that times half its length
 LINKED_LINEAR_LIMIT = 1e-9
 EROSION_LIMIT = 0.05  # share of the bird's mass
+
+
+def check_sensors(case: Case, mesh: ShellMesh) -> None:
+    """Raise UserError where sensors do not lie on these shells at rest, what is wrong with the aim said first."""
+    refuse_misplaced(case.sensors, mesh, aimed_off(case))
 
 
 def run_checks(coupling: Coupling, shells: str = "plate.elements") -> None:

@@ -12,10 +12,9 @@ import numpy as np
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories, Snapshot
 from birdstrike.solver.case.case import Case, case_hash
-from birdstrike.solver.checks import run_checks, shells_of, warnings_of
+from birdstrike.solver.checks import check_sensors, run_checks, shells_of, warnings_of
 from birdstrike.solver.coupling import Coupling
-from birdstrike.solver.sensors.recording import Recorder, refuse_misplaced
-from birdstrike.solver.setup_warnings import aimed_off
+from birdstrike.solver.sensors.recording import Recorder
 from birdstrike.solver.threads import MOST_THREADS, Team, limited_threads
 from birdstrike.solver.version import SOLVER_VERSION
 
@@ -44,7 +43,7 @@ def histories_of(case: Case, step_factor: float, progress: Callable[[float], Non
     """As `simulate`, on this team of threads."""
     started = time.perf_counter()
     coupling = Coupling(case, step_factor)
-    refuse_misplaced(case.sensors, coupling.plate.mesh, aimed_off(case))
+    check_sensors(case, coupling.plate.mesh)
     recorder = Recorder(coupling, case.sensors, coupling.steps)
     state = PlateState()
 

@@ -88,12 +88,12 @@ def check(case: CaseSource) -> dict[str, Any]:
     """
     from birdstrike.solver.build import rest_mesh
     from birdstrike.solver.case.case import as_case, case_hash
+    from birdstrike.solver.checks import check_sensors
     from birdstrike.solver.estimate import estimate
-    from birdstrike.solver.sensors.recording import refuse_misplaced
-    from birdstrike.solver.setup_warnings import aimed_off, setup_warnings
+    from birdstrike.solver.setup_warnings import setup_warnings
 
     loaded = as_case(case)
-    refuse_misplaced(loaded.sensors, rest_mesh(loaded), aimed_off(loaded))
+    check_sensors(loaded, rest_mesh(loaded))
     named = {"inactive": list(loaded.bird.material.inactive), "case_hash": case_hash(loaded)}
     found = [] if loaded.target is None else loaded.target.findings()
     mesh = [{"severity": one.severity, "text": one.text, "shells": len(one.shells)} for one in found]
