@@ -12,7 +12,7 @@ from birdstrike.solver.target.part_mesh import PartMesh
 Length = Annotated[float, Between("1 mm", "5000 mm")]
 SIDE, ELEMENT_SIZE = Between("20 mm", "5000 mm"), Between("0.5 mm", "200 mm")
 MOST_SHELLS = 250_000
-"""Of the skin; more take hours and more memory than a workstation has."""
+"""Of the skin: of a million no check came to an end."""
 
 
 class Generator(Section):
