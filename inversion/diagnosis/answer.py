@@ -266,7 +266,7 @@ def verdict_of(
     """attributed: the alarm was raised, one effect is there with 95 %, no other is, and other simulations would say so.
 
     presence: none, something else, and each effect -> probability that it is there. unexplained: something else holds
-    most. same_bird: probability that the baselines' birds are the shot's, None without baselines: beside those of
+    most. same_bird: probability that the birds of all shots and baselines are one, None of a single shot: beside
     another bird nothing is attributed, because model error changes with the bird by as much as there is of it. ahead:
     nats by which the likeliest effect is ahead of the models without it.
     """
@@ -280,7 +280,7 @@ def verdict_of(
 
 
 def of_another_bird(same_bird: float | None) -> bool:
-    """Whether the baselines' birds are rather not the shot's; None: there are no baselines."""
+    """Whether the birds of shots and baselines are rather not one; None: there is a single shot."""
     return same_bird is not None and same_bird < 0.5
 
 

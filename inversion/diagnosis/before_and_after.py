@@ -48,21 +48,29 @@ class Held:
         return cls(name, float(np.sqrt(squared.mean())), -float(np.mean(0.5 * squared + np.log(sd))), shot)
 
 
-def hold_out(problem: Problem, hypothesis: Hypothesis, fit: Fit, alike: bool = True) -> list[Held]:
+def hold_out(problem: Problem, hypothesis: Hypothesis, fit: Fit, alike: bool) -> list[Held]:
     """Every part of the measured shots, predicted by the model refitted (linearly, about its fit) to the rest.
+
+    Beside it stands what the other shots' residuals tell of the shot's; it is of the whole fit, once for all parts.
 
     alike: whether the birds are; where they are not, no shot tells of the bird of another, and none is held out whole.
     """
 
     def predicted_part(part: tuple[str, tuple[Shot, ...], tuple[Shot, np.ndarray]]) -> Held:
         name, kept, (shot, points) = part
-        residual, sd = _predicted(problem, hypothesis, fit, kept, shot)
+        mean, sd = expected[shot.name]
+        residual = _residual(problem, hypothesis, fit, kept, shot) - mean
         return Held.of(name, residual[points], sd[points], shot.name)
 
+    expected = {
+        shot.name: expected_residual(shot, problem, hypothesis, fit, [one for one in problem.shots if one is not shot])
+        for shot in problem.shots
+        if not shot.baseline
+    }
     return each(predicted_part, parts(problem.shots, alike))
 
 
-def parts(shots: Sequence[Shot], alike: bool = True) -> list[tuple[str, tuple[Shot, ...], tuple[Shot, np.ndarray]]]:
+def parts(shots: Sequence[Shot], alike: bool) -> list[tuple[str, tuple[Shot, ...], tuple[Shot, np.ndarray]]]:
     """(name, shots that are fitted, (shot, points that are predicted)); alike: of `hold_out`."""
     measured = [shot for shot in shots if not shot.baseline]
     found = []
@@ -98,12 +106,8 @@ def masked(shot: Shot, keep: np.ndarray) -> Shot:
     return replace(shot, record=Record(tuple(traces), shot.record.warnings))
 
 
-def _predicted(
-    problem: Problem, hypothesis: Hypothesis, fit: Fit, kept: tuple[Shot, ...], shot: Shot
-) -> tuple[Array, Array]:
-    """(n,) residual of a shot by the fit to what is kept, and its standard deviation by noise, numerical error and
-    discrepancy, with what the other shots' residuals tell of it. A shot that is not among them has their mean bird.
-    """
+def _residual(problem: Problem, hypothesis: Hypothesis, fit: Fit, kept: tuple[Shot, ...], shot: Shot) -> Array:
+    """(n,) residual of a shot by the fit to what is kept; a shot that is not among that has the others' mean bird."""
     kinds = {kind for shot in kept for kind in shot.kinds}
     known = problem.known.only(kinds)
     found = problem.found
@@ -118,10 +122,7 @@ def _predicted(
     bird = birds[shot.name] if shot.name in birds else np.mean(list(birds.values()), axis=0)
     z = np.clip(0.5 + PRIOR_SD * bird, shot.setup.lows, shot.setup.highs)
     sizes = {one.label: float(h) for one, h in zip(members, evidence.h, strict=True)}
-    residual = shot.record.values - predicted(shot, hypothesis, z, sizes)
-    others = [one for one in problem.shots if one.name != shot.name]
-    mean, sd = expected_residual(shot, problem, hypothesis, fit, others)
-    return residual - mean, sd
+    return shot.record.values - predicted(shot, hypothesis, z, sizes)
 
 
 def blind(effect: Suspect) -> set[str]:
