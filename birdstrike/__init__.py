@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from birdstrike.doe.designs.registry import Design
     from birdstrike.doe.designs.space import ParameterSpace
     from birdstrike.inversion.audit.audit import audit
-    from birdstrike.inversion.diagnosis.answer import Diagnosis, EffectFigures
     from birdstrike.inversion.diagnosis.diagnose import diagnose
     from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
     from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
     from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
     from birdstrike.inversion.prediction.answer import Prediction
     from birdstrike.inversion.prediction.predict import PredictOptions, predict
+    from birdstrike.inversion.results.diagnosis import Diagnosis, EffectFigures
     from birdstrike.inversion.results.estimates import Answer, Estimate
     from birdstrike.inversion.results.inversion import Inversion
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
@@ -100,8 +100,8 @@ _TYPES = {
     "MeshConvergence": "birdstrike.inversion.mesh_convergence.convergence",
     "GridConvergence": "birdstrike.inversion.mesh_convergence.grid_convergence",
     "CurveConvergence": "birdstrike.inversion.mesh_convergence.grid_convergence",
-    "Diagnosis": "birdstrike.inversion.diagnosis.answer",
-    "EffectFigures": "birdstrike.inversion.diagnosis.answer",
+    "Diagnosis": "birdstrike.inversion.results.diagnosis",
+    "EffectFigures": "birdstrike.inversion.results.diagnosis",
     "DiagnosisOptions": "birdstrike.inversion.diagnosis.pipeline",
     "PredictOptions": "birdstrike.inversion.prediction.predict",
     "Prediction": "birdstrike.inversion.prediction.answer",

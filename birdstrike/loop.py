@@ -413,7 +413,8 @@ def answer_of(diagnosed: Mapping[str, Any]) -> dict[str, Any]:
 
     Errors of the first shot that has the effect.
     """
-    from birdstrike.inversion.diagnosis.answer import EffectFigures, errors, in_its_sense, magnitude_words, shot_with
+    from birdstrike.inversion.results.diagnosis import EffectFigures, errors, shot_with
+    from birdstrike.inversion.results.diagnosis_text import in_its_sense, magnitude_words
 
     answer = {name: diagnosed[name] for name in ("verdict", "confidence_set", "sentence")}
     if listed := diagnosed.get("effects"):

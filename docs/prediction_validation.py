@@ -44,13 +44,14 @@ from birdstrike.inversion.audit.draws import BASELINE, SHOTS, SINGLE, Drawn, dra
 from birdstrike.inversion.audit.truth_runs import noisy
 from birdstrike.inversion.diagnosis import plan
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
-from birdstrike.inversion.diagnosis.hypotheses import NONE, OF_SHOT
+from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT
 from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, largest, sensor_draws
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.predict import PredictOptions, prepared
 from birdstrike.inversion.prediction.reading import read_learnt
 from birdstrike.inversion.prediction.sample import affordable, shares_of
 from birdstrike.inversion.prediction.sample import draw as draw_sample
+from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 from birdstrike.solver.case.case import Case, case_from_table, load_case
 from birdstrike.solver.effects.registry import effects

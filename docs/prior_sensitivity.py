@@ -21,9 +21,8 @@ from typing import Any
 
 from birdstrike.data.files import write_json
 from birdstrike.doe.campaign.worker import process_pool, worker_count
-from birdstrike.inversion.diagnosis.answer import NO_RESIDUAL
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
+from birdstrike.inversion.results.diagnosis import NO_RESIDUAL, NONE, SOMETHING_ELSE
 
 SCALES = ("magnitude_scale", "remainder_scale", "parameter_length")
 FACTORS = (0.5, 2.0)

@@ -33,7 +33,7 @@ from birdstrike.cli.next_steps import following
 from birdstrike.stages import STILL_VALID, Ledger, Stage, inputs_of_diagnosis, quiet, run_stages
 
 if TYPE_CHECKING:
-    from birdstrike.inversion.diagnosis.answer import Diagnosis
+    from birdstrike.inversion.results.diagnosis import Diagnosis
 
 MOST_ROWS = 12
 
@@ -91,8 +91,8 @@ def command(
     With a campaign of your own: birdstrike diagnose shot.toml --measured shot.csv --doe campaign --out diagnosis
     """
     from birdstrike.data.paths import resolve_measured
-    from birdstrike.inversion.diagnosis.answer import Diagnosis
     from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
+    from birdstrike.inversion.results.diagnosis import Diagnosis
     from birdstrike.reports.page.diagnosis import write_diagnosis_page
     from birdstrike.solver.case.case import load_case
 
@@ -148,7 +148,7 @@ def shown(label: str) -> AbstractContextManager[Callable[[float], None]]:
 
 def lines(found: Diagnosis) -> Iterator[str]:
     """What stands above the table: provenance, model error, the verdict in words."""
-    from birdstrike.inversion.diagnosis.answer import headline
+    from birdstrike.inversion.results.diagnosis import headline
 
     if found.record["simulated"]:
         yield f"record: {found.record['path']} is simulated, not measured"
@@ -158,7 +158,7 @@ def lines(found: Diagnosis) -> Iterator[str]:
 
 def table(found: Diagnosis) -> Table:
     """The likeliest effects, each with its probability alone and in pairs; the sentence's is that of one model."""
-    from birdstrike.inversion.diagnosis.answer import magnitude_words
+    from birdstrike.inversion.results.diagnosis_text import magnitude_words
 
     shown_table = Table(
         title="effects, alone and in pairs, the likeliest first; * alone in the 95 % set", title_justify="left"
@@ -176,8 +176,9 @@ def table(found: Diagnosis) -> Table:
 
 def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     """Before and after, pairs, what to do, files."""
-    from birdstrike.inversion.diagnosis.answer import errors, next_step
     from birdstrike.inversion.formatting import changes, runs_near_the_fits
+    from birdstrike.inversion.results.diagnosis import errors
+    from birdstrike.inversion.results.diagnosis_text import next_step
 
     units = {name: one["unit"] for name, one in found.noise["sensors"].items()}
     for shot in found.shots:
@@ -209,7 +210,7 @@ def _after(found: Diagnosis, out: Path) -> str:
 
 def summary(found: Diagnosis) -> dict[str, Any]:
     """What the --json line carries."""
-    from birdstrike.inversion.diagnosis.answer import errors
+    from birdstrike.inversion.results.diagnosis import errors
 
     before, after = errors(vars(found.before), vars(found.after) if found.after else None)
     return {

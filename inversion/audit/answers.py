@@ -19,9 +19,9 @@ from birdstrike.data.errors import MachineFailure, RunFailed, UserError
 from birdstrike.data.files import write_json
 from birdstrike.inversion.audit.draws import BASELINE, SHOTS
 from birdstrike.inversion.audit.records import Experiment, read_truth
-from birdstrike.inversion.diagnosis.answer import Diagnosis
 from birdstrike.inversion.diagnosis.diagnose import diagnose
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
+from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION
 

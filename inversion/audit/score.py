@@ -28,8 +28,8 @@ from birdstrike.inversion.audit.draws import (
     with_effects_of,
 )
 from birdstrike.inversion.audit.records import Truth
-from birdstrike.inversion.diagnosis.answer import ATTRIBUTED
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, family_of
+from birdstrike.inversion.diagnosis.hypotheses import family_of
+from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NONE, SOMETHING_ELSE
 from birdstrike.solver.case.case import Case
 
 Simulate = Callable[[Mapping[str, Case]], dict[str, Histories]]

@@ -20,10 +20,10 @@ from scipy.special import logsumexp
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.evidence import BIRDS_APART, UNNAMED, ModelTester
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
+from birdstrike.inversion.results.diagnosis import LEAST_SHARE, MOST_SHARE, NONE, SOMETHING_ELSE
 
-SHARES = np.geomspace(0.0005, 0.5, 41)
+SHARES = np.geomspace(LEAST_SHARE, MOST_SHARE, 41)
 WITHIN = 1.35
 
 

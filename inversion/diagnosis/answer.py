@@ -1,24 +1,16 @@
-"""The answer of a diagnosis: its figures, its verdict and its sentence; its JSON is a contract."""
+"""The answer of a diagnosis from the ranking of its models: the verdict, and the figures of `results.diagnosis`."""
 
 from __future__ import annotations
 
-import json
-import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from functools import partial
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.stats import norm
 
-from birdstrike.data.display import Displayed, draw_curves, own_axes
-from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array
-from birdstrike.data.units import display, rounded
 from birdstrike.doe.campaign.simulations import Simulations
-from birdstrike.inversion.diagnosis.alarm import SHARES
 from birdstrike.inversion.diagnosis.before_and_after import (
     Held,
     SolverRun,
@@ -27,232 +19,35 @@ from birdstrike.inversion.diagnosis.before_and_after import (
     predicted,
     rms_by_channel,
 )
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, Hypothesis
+from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
-from birdstrike.inversion.formatting import in_words, label_parts
+from birdstrike.inversion.formatting import label_parts
 from birdstrike.inversion.misfit import rms
-from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.effects import SHOWN, shown
+from birdstrike.inversion.results.diagnosis import (
+    AMBIGUOUS,
+    ATTRIBUTED,
+    LEVEL,
+    NO_RESIDUAL,
+    NONE,
+    NOT_EFFECTS,
+    SOMETHING_ELSE,
+    UNEXPLAINED,
+    EffectFigures,
+    State,
+)
 from birdstrike.solver.effects.registry import effects, kind_of
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.axes import Axes
+    pass
 
-ATTRIBUTED, AMBIGUOUS, UNEXPLAINED, NO_RESIDUAL = "attributed", "ambiguous", "unexplained", "no_significant_residual"
-LEVEL = 0.95
-SOUND = 0.03  # of the peak: two sound codes differ by no more on one shot
 SIMULATION_SCATTER = 5.0
 """Nats by which one effect may gain on another where their responses are simulated anew. On two shots of another code,
 five sets of 8 to 24 pairs moved one lead by 1.3 (standard deviation); another was 15 to 21 by four sets at 2.5
 plausible sizes, and 8 by a set at 1.6: more of a smaller change is scatter, hence `solver_update.LEAST_SIZE`."""
-HEADS = {
-    NO_RESIDUAL: "No significant residual",
-    ATTRIBUTED: "Attributed",
-    AMBIGUOUS: "Ambiguous",
-    UNEXPLAINED: "Unexplained",
-}
-OWN_FILES = ("curves", "case", "model")
-MOST_NAMED = 3
-LISTED = 8  # models in the picture of the probabilities
-
-
-@dataclass(frozen=True)
-class EffectFigures:
-    """One model; magnitude and interval in SI, None for `none` and `something_else`.
-
-    probability: that it is there, alone or in a pair; p_consistent: of a likelihood ratio against the best model;
-    log_evidence: over none; twins: name -> cosine; at_bound: the largest magnitude looked at is reached; absorbed:
-    share of the signature that the calibrated parameters imitate; bias: what one plausible size would add to each of
-    them, SI, were it there and not in the model; confirmed: the solver was run at the fit.
-    """
-
-    name: str
-    family: str
-    meaning: str
-    probability: float
-    prior: float
-    magnitude: float | None
-    unit: str
-    interval_95: tuple[float, float] | None
-    at_bound: bool
-    p_consistent: float
-    log_evidence: float
-    required_discrepancy: float | None
-    twins: Mapping[str, float]
-    absorbed: float | None
-    bias: Mapping[str, float]
-    plausible_size: float | None
-    confirmed: bool
-
-    def figures(self) -> dict[str, Any]:
-        """For JSON."""
-        return dict(vars(self))
-
-
-@dataclass(frozen=True)
-class State:
-    """The model before or after.
-
-    rmse: sensor -> SI; weighted: whitened RMS (1: all errors together), less what the baselines show;
-    raw: in units of the measurement noise alone; heldout: time_block, channel, shot; parameters: name -> value,
-    interval_95, unit; solver: rmse of one run of the declared case, or None; rmse_less_baseline: sensor -> SI, of the
-    residual less what the baselines' residuals tell of it, None without a baseline, and of the solver, whose declared
-    mesh is not that on which the baselines were calibrated.
-    """
-
-    model: str
-    rmse: Mapping[str, float]
-    weighted: float
-    raw: float
-    heldout: Mapping[str, float | None]
-    parameters: Mapping[str, Mapping[str, Any]]
-    solver: Mapping[str, Any] | None = None
-    rmse_less_baseline: Mapping[str, float] | None = None
-
-
-Errors = Mapping[str, Any]
-
-
-def errors(before: Mapping[str, Any], after: Mapping[str, Any] | None) -> tuple[Errors, Errors | None]:
-    """Errors of two states (as in diagnosis.json), like with like: the solver's where it was run for both, else the
-    fits'. Less the baseline's they are those of the fits, on the mesh on which the baseline was calibrated.
-    """
-    states = [before] if after is None else [before, after]
-    ran = all(one["solver"] for one in states)
-    found = [
-        {**one, **(one["solver"] if ran else {}), "rmse_less_baseline": one.get("rmse_less_baseline")} for one in states
-    ]
-    return found[0], found[1] if after is not None else None
-
-
-def shot_with(shots: Sequence[Mapping[str, Any]], model: str) -> Mapping[str, Any]:
-    """The first of the shots of diagnosis.json in which a model's effect acts; model: "" or `none` act in all."""
-    alone = label_parts(model)[2]
-    return next(one for one in shots if alone in ("", one["name"]))
-
-
-@dataclass(frozen=True, repr=False)
-class Diagnosis(Displayed):
-    """Everything that a diagnosis found; `sentence` is the one for a test report.
-
-    alarm: p-value of none; families, probabilities: posterior; required_discrepancy: shares of the peak; left_out:
-    channels that simulations cannot predict -> share of the peak by which another lattice moves them; tolerances and
-    unnamed: of earlier versions, always empty; case: the case with the effect in it, which `case_after` is the file of;
-    model: the emulators and fits as arrays, of which model.npz is the file.
-    """
-
-    alpha: float
-    alarm: float
-    verdict: str
-    confidence_set: tuple[str, ...]
-    probabilities: Mapping[str, float]
-    families: Mapping[str, float]
-    required_discrepancy: Mapping[str, float | None]
-    effects: tuple[EffectFigures, ...]
-    before: State
-    after: State | None
-    minimum_detectable: Mapping[str, float | None]
-    next_measurement: Mapping[str, Any] | None
-    pairs: tuple[Mapping[str, Any], ...]
-    remainder: Mapping[str, Any] | None
-    noise: Mapping[str, Any]
-    discrepancy: Mapping[str, Any]
-    nuisance: Mapping[str, Any]
-    baseline: Mapping[str, Any] | None
-    shots: tuple[Mapping[str, Any], ...]
-    held_out: Mapping[str, Mapping[str, float | None]]
-    case_after: str | None
-    strikes: Mapping[str, Any]
-    warnings: tuple[str, ...]
-    refused: Mapping[str, str]
-    record: Mapping[str, Any]
-    sentence: str
-    curves: Mapping[str, Any] = field(default_factory=dict)
-    case: Case | None = None
-    model: Mapping[str, Any] = field(default_factory=dict)
-    left_out: Mapping[str, float] = field(default_factory=dict)
-    tolerances: tuple[Mapping[str, Any], ...] = ()
-    unnamed: str | None = None
-
-    def named(self, name: str) -> EffectFigures:
-        """Figures of one model."""
-        return next(one for one in self.effects if one.name == name)
-
-    def figures(self) -> dict[str, Any]:
-        """The content of diagnosis.json, without the schema's version."""
-        plain = {key: value for key, value in vars(self).items() if key not in OWN_FILES}
-        return {
-            **plain,
-            "effects": [one.figures() for one in self.effects],
-            "before": dict(vars(self.before)),
-            "after": dict(vars(self.after)) if self.after else None,
-        }
-
-    def save(self, path: Path) -> None:
-        """Write diagnosis.json, whole or not at all."""
-        write_json(path, self.figures())
-
-    @classmethod
-    def read(cls, path: Path) -> Diagnosis:
-        """From diagnosis.json, without what has files of its own: curves, case and model.npz."""
-        content = json.loads(path.read_text(encoding="utf-8"))
-        own = {one.name: content[one.name] for one in fields(cls) if one.name in content}
-        own["effects"] = tuple(EffectFigures(**one) for one in content["effects"])
-        own["before"] = State(**content["before"])
-        own["after"] = State(**content["after"]) if content["after"] else None
-        return cls(**own)
-
-    @property
-    def headline(self) -> str:
-        """The verdict with the sentence for a report."""
-        return f"Diagnosis: {HEADS[self.verdict].lower()}. {self.sentence}"
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """A row a model, the likeliest first: probability, magnitude with the ends of its 95 % interval, SI."""
-        import pandas as pd
-
-        rows = [
-            {
-                "name": one.name,
-                "probability": one.probability,
-                "magnitude": np.nan if one.magnitude is None else one.magnitude,
-                "low_95": (one.interval_95 or (np.nan, np.nan))[0],
-                "high_95": (one.interval_95 or (np.nan, np.nan))[1],
-                "unit": one.unit,
-                "p_consistent": one.p_consistent,
-                "meaning": one.meaning,
-            }
-            for one in self.effects
-        ]
-        return pd.DataFrame(rows)
-
-    def plot(self, channel: str | None = None, axes: Axes | None = None, shot: str | None = None) -> Axes:
-        """The likeliest models' probabilities; with a channel, its record with the curves before and after."""
-        on = own_axes(axes)
-        if channel is None:
-            first = self.effects[:LISTED][::-1]
-            on.barh([one.name for one in first], [one.probability for one in first])
-            on.set_xlim(0.0, 1.0)
-            on.set_xlabel("probability")
-            return on
-        one = self.curves[shot or next(iter(self.curves))][channel]
-        looks = {"measured": {"marker": ".", "linestyle": "none", "color": "black"}, "before": {}, "after": {}}
-        for key, look in looks.items():
-            if np.isfinite(one[key]).any():
-                draw_curves(on, one["time"], one[key], channel, one["unit"], label=key, **look)
-        on.legend(fontsize="small")
-        return on
-
-    def draw(self) -> tuple[Any, ...]:
-        """The probabilities, and the first channel where the curves are at hand."""
-        curves = next(iter(self.curves.values()), {})
-        channels = [partial(self.plot, name) for name in list(curves)[:1]]
-        return (lambda axes: self.plot(axes=axes), *channels)
 
 
 def verdict_of(
@@ -284,173 +79,6 @@ def of_another_bird(same_bird: float | None) -> bool:
     return same_bird is not None and same_bird < 0.5
 
 
-def magnitude_words(one: EffectFigures) -> str:
-    """ "+0.2 mm (95 %: +0.1 .. +0.3 mm)"; "at least" where the limit of what was looked at is reached."""
-    if one.magnitude is None:
-        return ""
-    if one.at_bound:
-        return beyond(one.magnitude, one.interval_95, partial(shown, unit=one.unit))
-    if one.interval_95 is None:
-        return shown(one.magnitude, one.unit)
-    unit = SHOWN.get(one.unit, one.unit)
-    low, high = (shown(x, one.unit).removesuffix(unit).strip() for x in one.interval_95)
-    return f"{shown(one.magnitude, one.unit)} (95 %: {low} .. {high} {unit}".rstrip() + ")"
-
-
-def beyond(magnitude: float, interval_95: Sequence[float] | None, text: Callable[[float], str]) -> str:
-    """Of a magnitude at the largest that was looked at, what it is at least: its interval's end nearest to 0.
-
-    Of an interval that holds 0 there is no such thing: its other end, and that it reaches beyond what was looked at.
-    """
-    if interval_95 is None:
-        return f"at least {text(magnitude)}"
-    low, high = interval_95
-    if low <= 0.0 <= high:
-        return f"from {text(low if magnitude > 0.0 else high)} to beyond {text(magnitude)}"
-    return f"at least {text(min(low, high, key=abs))}"
-
-
-def headline(verdict: str, sentence: str) -> str:
-    """The verdict in words and the sentence, as files and pages give them."""
-    return f"{HEADS[verdict]}. {sentence}."
-
-
-def next_step(verdict: str, likeliest: str, proposal: str | None, baseline: bool) -> str:
-    """What to do after a diagnosis, by its verdict.
-
-    likeliest: name of the likeliest effect; proposal: sentence of the proposed measurement, if there is one; baseline:
-    whether one was given.
-    """
-    if verdict == NO_RESIDUAL and not baseline:
-        return f"if an effect is suspected, {BASELINE_SHOT}"
-    if proposal:
-        return proposal
-    if verdict == ATTRIBUTED:
-        return f"check at the rig: {in_words(likeliest)}; repeat with another --seed where much depends on the answer"
-    if verdict == UNEXPLAINED:
-        own = "look for what the case does not describe, or define an effect of your own (documentation: Diagnosis)"
-        return own if baseline else f"{BASELINE_SHOT}; then {own}"
-    if verdict == NO_RESIDUAL:
-        return 'nothing; what this record could have shown is in the table of effects under "least detectable"'
-    return "measure with further sensors, or at another speed" if baseline else BASELINE_SHOT
-
-
-def sentence_of(found: Diagnosis) -> str:
-    """One sentence that an engineer can put into a test report."""
-    needs = found.required_discrepancy.get(NONE)
-    if found.verdict == NO_RESIDUAL:
-        error = "" if needs is None else f" with {_model_error(needs)}"
-        if needs is not None and needs > SOUND:
-            error += ", more than the 1 to 3 % by which two sound codes differ"
-        return f"The calibrated model explains the record (p = {found.alarm:.2f}){error}; {_unless(found)}"
-    if found.verdict == ATTRIBUTED:
-        one = found.effects[0]
-        return (
-            f"The model lacks {in_its_sense(one)} ({one.name}), {magnitude_words(one)}, with probability "
-            f"{one.probability:.2f}{_beside(found)}{_errors(found)}; {_without(needs)}"
-        )
-    if found.verdict == UNEXPLAINED:
-        return (
-            f"The residual is real (p = {found.alarm:.3g}), but no effect of the library explains it: something else "
-            f"is likelier, with probability {found.probabilities[SOMETHING_ELSE]:.2f}"
-        )
-    real = "The residual is real" if found.alarm < found.alpha else "The residual is not significant"
-    listed = "; ".join(_named(found, name) for name in found.confidence_set[:MOST_NAMED])
-    rest = len(found.confidence_set) - MOST_NAMED
-    if len(found.confidence_set) == 1:
-        return f"{real} (p = {found.alarm:.2g}); {listed} is the likeliest explanation, but it is not attributed"
-    more = f"; {rest} further models share the 95 % set" if rest > 0 else ""
-    if (first := found.effects[0]).probability >= LEVEL:
-        more += f"; together the models with {first.name} hold {first.probability:.2f}"
-    return f"{real} (p = {found.alarm:.2g}); the record does not decide between {listed}{more}"
-
-
-BASELINE_SHOT = (
-    "fire a shot in which nothing is changed, with a bird of the same batch, and give it by --baseline with "
-    "--baseline-bird same"
-)
-"""What a diagnosis without a baseline needs first."""
-OPPOSITES = re.compile(r"(\w+) or (\w+)")
-
-
-def _unless(found: Diagnosis) -> str:
-    """Of a record that raises no alarm: what is likelier than no missing effect all the same, and what would decide."""
-    likeliest = found.confidence_set[0]
-    if likeliest == NONE:
-        return "no effect is missing that this record could show"
-    decides = "a baseline shot would decide" if found.baseline is None else "this record cannot decide"
-    return f"if its error is smaller, {_named(found, likeliest)} is likelier than no missing effect: {decides}"
-
-
-def in_its_sense(one: EffectFigures) -> str:
-    """The effect's meaning; of two opposites ("faster or slower") the one that its interval tells.
-
-    The library names that of a positive magnitude first.
-    """
-    if one.interval_95 is None or one.interval_95[0] <= 0.0 <= one.interval_95[1]:
-        return one.meaning
-    return OPPOSITES.sub(r"\1" if one.interval_95[0] > 0.0 else r"\2", one.meaning)
-
-
-def _without(needs: float | None) -> str:
-    """What model error stands in for the effect; needs: as in `required_discrepancy`."""
-    if needs is None:
-        return "without it no model error up to half of the peak is enough"
-    if needs <= SHARES[0]:
-        return "without it no larger model error makes the record likelier"
-    return f"without it the record needs {_model_error(needs)}"
-
-
-def _model_error(share: float) -> str:
-    """Of a share of the peak."""
-    return f"a model error of {100 * share:.2g} % of the peak"
-
-
-def _beside(found: Diagnosis) -> str:
-    """The other effect that the records hold for likelier than not, if there is one."""
-    other = found.effects[1]
-    if other.name in NOT_EFFECTS or other.probability < 0.5:
-        return ""
-    return f", with a second effect that is likelier than not beside it: {other.name} ({other.probability:.2f})"
-
-
-def _named(found: Diagnosis, name: str) -> str:
-    """A model of the set with its magnitude and its probability."""
-    share = f"({found.probabilities.get(name, 0.0):.2f})"
-    if "+" in name:
-        return f"{' with '.join(name.split('+'))} {share}"
-    size = magnitude_words(found.named(name))
-    told = {NONE: "no missing effect", SOMETHING_ELSE: "something outside the library"}.get(name, name)
-    return f"{told} {size} {share}" if size else f"{told} {share}"
-
-
-def _errors(found: Diagnosis) -> str:
-    """Of the first sensor in its unit, and of all by what noise and model error explain, in a shot that has the effect.
-
-    A baseline's model error, which the shot shares, may stand against the effect: then the plain error grows while the
-    record agrees better with what is expected of it; so the error is told less what the baseline shows. The misfit of
-    all sensors is that of the fits: simulations of the declared mesh differ by its error, which is no part of the unit.
-    """
-    if found.after is None:
-        return ""
-    shot = shot_with(found.shots, found.after.model)
-    before, after = errors(shot["before"], shot["after"])
-    assert after is not None, "every shot has a state after where the first has one"
-    first, where = next(iter(before["rmse"])), f" in shot {shot['name']}" if len(found.shots) > 1 else ""
-    beside = before["rmse_less_baseline"]
-    key, words = ("rmse_less_baseline", ", less what the baseline shows,") if beside else ("rmse", "")
-    unit = found.noise["sensors"][first]["unit"]
-    (old, shown_unit), (new, _) = (display(one[key][first], unit) for one in (before, after))
-    changes = "falls" if new < old else "rises"
-    ratios = (shot["before"]["weighted"], shot["after"]["weighted"])
-    return (
-        f"; the error at {first.replace('_', ' ')}{where}{words} {changes} from {rounded(old, 3)} to {rounded(new, 3)} "
-        f"{shown_unit}, the misfit of all sensors' fits over noise and model error goes from {ratios[0]:.2g} to "
-        f"{ratios[1]:.2g}"
-    )
-
-
-NOT_EFFECTS = {NONE: "no effect", SOMETHING_ELSE: "something that no effect of the library describes"}
 REFUTED = 1e-4  # smallest p-value that is told
 TOLD = 0.05  # probability of something else from which on it is told
 GROWN = 3.0  # growth of the model error beyond which a curve tells nothing

@@ -17,7 +17,6 @@ from birdstrike.data.files import write_atomically
 from birdstrike.data.tree import save_tree
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations
-from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, Diagnosis
 from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
 from birdstrike.inversion.diagnosis.evidence import AUTO, birds_apart
 from birdstrike.inversion.diagnosis.model_file import FILE
@@ -29,6 +28,7 @@ from birdstrike.inversion.diagnosis.solver_update import NearFits, with_runs
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
 from birdstrike.inversion.formatting import span
 from birdstrike.inversion.observations.reader import Expected, read_record
+from birdstrike.inversion.results.diagnosis import ATTRIBUTED, Diagnosis
 from birdstrike.solver.case.case import Case, CaseSource, Parameter, as_case, case_hash
 from birdstrike.solver.case.write import case_toml, copy_case, portable_table
 

@@ -67,6 +67,16 @@ def started(t: Array, other: Array, contact: float, length: float) -> Array:
     return joint - np.outer(matern52(own), matern52(theirs))
 
 
+def process_modes(t: Array, contact: float, length: float, count: int) -> Array:
+    """(n, q) largest directions, one standard deviation each, of a process `started` of variance 1, at most `count`.
+
+    Each ends above 0, whatever the record's sampling, so that shots can share them.
+    """
+    values, vectors = np.linalg.eigh(started(t, t, contact, length))
+    kept = np.argsort(-values)[:count]
+    return vectors[:, kept] * np.copysign(np.sqrt(np.maximum(values[kept], 0.0)), vectors[-1, kept])
+
+
 def alike(z: Array, other: Array, weight: Array, length: float = PARAMETER_LENGTH) -> float:
     """Correlation of the discrepancy at two places (k,), fractions of the ranges.
 

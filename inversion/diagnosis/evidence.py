@@ -22,8 +22,9 @@ from scipy.stats import chi2, norm
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, Hypothesis, Suspect
+from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.system import Block, System
+from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 MAGNITUDE_SCALE = 1.0

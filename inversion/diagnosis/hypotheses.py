@@ -15,10 +15,10 @@ from types import MappingProxyType
 from birdstrike.inversion.diagnosis.instrument import WIDEST, InstrumentEffect, instrument_effects
 from birdstrike.inversion.diagnosis.responses import Response
 from birdstrike.inversion.diagnosis.shots import Shot, responses_of
+from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 
-NONE, SOMETHING_ELSE = "none", "something_else"
 PRIOR_NONE = 0.5  # a model that is suspected is as likely right as wrong
 PRIOR_PAIRS, PRIOR_ELSE = 0.05, 0.05
 """Share of the whole: about the square of the chance of one effect (0.4^2 / 2 = 0.08, of which half within the

@@ -14,13 +14,14 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.diagnosis.before_and_after import estimate
-from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis, Suspect
+from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.responses import Response
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.diagnosis.shots import Shot, setups_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.estimation.mesh_correction import stack
+from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.surrogate.weights import emulator_table, process_table
 
 FILE = "model.npz"
@@ -129,8 +130,7 @@ def _residuals(shot: Shot, hypothesis: Hypothesis, z: Array, h: Array) -> dict[s
         if one.fault is not None:
             moved += [shot.instrument_change(one.fault, *drawn) for drawn in zip(grids, h[:, j], strict=True)]
         else:
-            response = shot.setup.responses[one.name]
-            moved += h[:, j, None] * shot.sample(np.array([response.at(row) for row in z]))
+            moved += [size * shot.response_to(one.name, row, size) for row, size in zip(z, h[:, j], strict=True)]
     whole = shot.record.values - shot.sample(grids) - moved
     mean = whole.mean(axis=0)
     found: dict[str, Table] = {}
@@ -192,10 +192,13 @@ def _system(setup: Setup) -> Table:
 
 
 def _response(setup: Setup, one: Response) -> Table:
-    """signature and slopes (k, m) by channel, centre (k,), knots: magnitude in plausible sizes -> size of response."""
-    return {
-        "signature": setup.split(one.signature),
-        "slopes": setup.split(one.slopes),
-        "centre": one.centre,
-        "knots": np.array(one.knots),
-    }
+    """signature and slopes (k, m) by channel, centre (k,), knots: magnitude in plausible sizes -> size of response.
+
+    negative: signature and slopes of magnitudes below 0, where they are others.
+    """
+    found = {**_curves(setup, one.sided(1.0)), "centre": one.centre, "knots": np.array(one.knots)}
+    return found if one.senses is None else {**found, "negative": _curves(setup, one.sided(-1.0))}
+
+
+def _curves(setup: Setup, one: Response) -> Table:
+    return {"signature": setup.split(one.signature), "slopes": setup.split(one.slopes)}

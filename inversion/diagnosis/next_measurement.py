@@ -17,13 +17,14 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import remainder, shape_of, started
 from birdstrike.inversion.diagnosis.evidence import ModelTester
-from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING
+from birdstrike.inversion.diagnosis.hypotheses import NOTHING
 from birdstrike.inversion.diagnosis.plan import PREFIX
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Shot, responses_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
 from birdstrike.inversion.formatting import in_words, label_parts
+from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.solver.sensors.sensor import Sensor
 
 MOST, LEAST = 6, 0.01  # models compared; posterior probability below which a model is left out

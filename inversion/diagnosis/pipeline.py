@@ -15,12 +15,7 @@ from threadpoolctl import threadpool_limits
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
 from birdstrike.inversion.diagnosis.answer import (
-    AMBIGUOUS,
-    ATTRIBUTED,
-    LEVEL,
-    NO_RESIDUAL,
     SIMULATION_SCATTER,
-    Diagnosis,
     curves,
     discrepancy_figures,
     effect_figures,
@@ -28,7 +23,6 @@ from birdstrike.inversion.diagnosis.answer import (
     of_another_bird,
     pair_figures,
     remainder_figures,
-    sentence_of,
     simulation_counts,
     state,
     verdict_of,
@@ -51,7 +45,7 @@ from birdstrike.inversion.diagnosis.before_and_after import (
 )
 from birdstrike.inversion.diagnosis.discrepancy import STATED, Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
-from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, SOMETHING_ELSE, hypotheses, suspects
+from birdstrike.inversion.diagnosis.hypotheses import NOTHING, hypotheses, suspects
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS
@@ -64,6 +58,16 @@ from birdstrike.inversion.diagnosis.system import Options as SystemOptions
 from birdstrike.inversion.estimation.mesh_correction import shells_of_a_file, unrefined_file
 from birdstrike.inversion.estimation.refinement import AUTO as REFINE_AUTO
 from birdstrike.inversion.formatting import label_parts
+from birdstrike.inversion.results.diagnosis import (
+    AMBIGUOUS,
+    ATTRIBUTED,
+    LEVEL,
+    NO_RESIDUAL,
+    NONE,
+    SOMETHING_ELSE,
+    Diagnosis,
+)
+from birdstrike.inversion.results.diagnosis_text import sentence_of
 
 SETTLED = 0.05  # posterior probability from which on an effect is likely enough for its case to be written
 UPDATES = 3  # rounds of simulations at the fits: an edge that lets go bends the response more than one round can tell

@@ -11,9 +11,9 @@ import numpy as np
 from scipy.stats import norm
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.hypotheses import NONE
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
+from birdstrike.inversion.results.diagnosis import NONE
 
 STEP = 1e-3  # of a range: for the derivative of a parameter's scale
 MOST_ALIKE = 3  # effects that are named beside one

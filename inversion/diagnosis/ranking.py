@@ -29,17 +29,10 @@ from birdstrike.inversion.diagnosis.evidence import (
     credible_set,
     probabilities,
 )
-from birdstrike.inversion.diagnosis.hypotheses import (
-    NONE,
-    NOTHING,
-    SOMETHING_ELSE,
-    Hypothesis,
-    Suspect,
-    by_family,
-    hypotheses,
-)
+from birdstrike.inversion.diagnosis.hypotheses import NOTHING, Hypothesis, Suspect, by_family, hypotheses
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, build, changes, with_fault
+from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 
 STEPS = 12
 FIRST_STEPS = 4  # of a fit from each of the starts; the best goes on

@@ -3,13 +3,15 @@
 change(b) = h(b) S on the grid, b the magnitude in plausible sizes. S is the slope of the half differences of
 folded-over pairs, shrunk by what it shows beyond scatter; what the regression leaves, spread by its covariance, is the
 uncertainty of S (Box, Hunter & Hunter, Statistics for Experimenters, 2nd ed. 2005, ch. 6 and 10). h(b) = b until
-simulations elsewhere show that the response bends.
+simulations elsewhere show that the response bends. Of an effect of two senses each has its own S and h then: a faster
+bird moves the curves otherwise than a slower one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 
@@ -64,7 +66,8 @@ class Response:
     one range; uncertainties: what is not known of them, by source; scatter: (k + 1, k + 1, channels) covariance, SI,
     of signature and slopes by the scatter of simulations of the effect alone; knots: magnitude in plausible sizes ->
     size h of the response, both increasing, linear between; reach: plausible sizes up to which it was simulated;
-    simulated: magnitudes at which it was simulated by itself, in plausible sizes.
+    simulated: magnitudes at which it was simulated by itself, in plausible sizes; senses: of negative and of positive
+    magnitudes alone, once it was.
     """
 
     known: Known
@@ -76,6 +79,11 @@ class Response:
     knots: tuple[tuple[float, float], ...] = LINEAR
     reach: float = 1.0
     simulated: tuple[float, ...] = ()
+    senses: tuple[Response, Response] | None = None
+
+    def sided(self, h: float) -> Response:
+        """As simulations of the sense of h alone show it; of h = 0, as all do."""
+        return self if self.senses is None or not h else self.senses[int(h > 0.0)]
 
     def at(self, z: Array) -> Array:
         """(grid,) SI for h = 1 at parameters z (k,), fractions of the ranges."""
@@ -243,6 +251,19 @@ def scatter(changes: Sequence[Change], channels: int) -> Array:
         power = _by_channel((one.apart**2).mean(axis=0), channels)
         rows.append(one.apart / np.sqrt(_on_grid(power, one.apart.shape[1])))
     return np.vstack(rows)
+
+
+def up_to_date(response: Response, changes: Sequence[Change]) -> Response:
+    """The response as learnt after all changes, in their order, and each of its senses after its own."""
+    whole = reduce(updated, changes, response)
+    if response.known.one_sided or not changes:
+        return whole
+    negative, positive = (
+        reduce(updated, [one for one in changes if one.b * sense > 0.0], response) for sense in (-1.0, 1.0)
+    )
+    below = [knot for knot in negative.knots if knot[0] < 0.0]
+    above = [knot for knot in positive.knots if knot[0] > 0.0]
+    return replace(whole, knots=(*below, (0.0, 0.0), *above), senses=(negative, positive))
 
 
 def updated(response: Response, change: Change) -> Response:

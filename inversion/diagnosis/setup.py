@@ -14,7 +14,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.results import is_smooth
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.plan import Plan
-from birdstrike.inversion.diagnosis.responses import Change, Response, learn_responses, scatter, updated
+from birdstrike.inversion.diagnosis.responses import Change, Response, learn_responses, scatter, up_to_date
 from birdstrike.inversion.estimation.mesh_correction import MeshCorrection, stack, stacked_curves
 from birdstrike.solver.case.case import case_hash
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
@@ -80,11 +80,11 @@ class Setup:
 
     @cached_property
     def responses(self) -> dict[str, Response]:
-        """What was learnt, brought up to date by the changes in their order."""
-        found = dict(self.learnt)
-        for one in self.changes:
-            found[one.name] = updated(found[one.name], one)
-        return found
+        """What was learnt, brought up to date by the changes."""
+        return {
+            name: up_to_date(one, [change for change in self.changes if change.name == name])
+            for name, one in self.learnt.items()
+        }
 
     def grid(self, z: Array) -> Array:
         """(q, channels * m) curves with the mesh correction at fractions z (q, k) of the ranges."""

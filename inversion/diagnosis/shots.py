@@ -17,7 +17,7 @@ from scipy.sparse import csr_matrix
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.discrepancy import Shape, shape_of, started
+from birdstrike.inversion.diagnosis.discrepancy import Shape, process_modes, shape_of
 from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, change, instrument_effects, signature
 from birdstrike.inversion.diagnosis.plan import COARSE_PARTICLES
 from birdstrike.inversion.diagnosis.setup import Setup
@@ -213,8 +213,11 @@ class Shot:
             faults = instrument_effects(self.setup.plan.case, self.setup.channels)
             clock = next(fault for fault in faults if fault.label == TIME_OFFSET)
             return self.instrument_signature(clock, grid) / clock.size
-        response = self.setup.responses[effect]
-        return self.sample(response.at(z)[None])[0] / response.known.size
+        return self.response_to(effect, z) / self.setup.responses[effect].known.size
+
+    def response_to(self, effect: str, z: Array, h: float = 0.0) -> Array:
+        """(n,) change of the record for h = 1 by an effect of the solver, in the sense of h, at parameters z (k,)."""
+        return self.sample(self.setup.responses[effect].sided(h).at(z)[None])[0]
 
     @cached_property
     def scatter(self) -> Array:
@@ -231,17 +234,11 @@ class Shot:
 
     @cached_property
     def process_modes(self) -> tuple[Array, ...]:
-        """(n, q) of every channel: the largest directions of a process of numerical error of variance 1.
-
-        Each ends above 0, whatever the record's sampling, so that shots can share them.
-        """
-        found = []
-        for trace in self.record.traces:
-            t = trace.middle
-            values, vectors = np.linalg.eigh(started(t, t, self.onset, 0.5 * self.shapes[trace.name].length))
-            kept = np.argsort(-values)[:PROCESS]
-            found.append(vectors[:, kept] * np.copysign(np.sqrt(np.maximum(values[kept], 0.0)), vectors[-1, kept]))
-        return tuple(found)
+        """(n, q) of every channel: the largest directions of a process of numerical error of variance 1."""
+        return tuple(
+            process_modes(trace.middle, self.onset, 0.5 * self.shapes[trace.name].length, PROCESS)
+            for trace in self.record.traces
+        )
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:

@@ -18,7 +18,7 @@ from scipy.spatial.distance import cdist
 from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.before_and_after import expected_residual, predicted
-from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, Suspect, suspects
+from birdstrike.inversion.diagnosis.hypotheses import NOTHING, Suspect, suspects
 from birdstrike.inversion.diagnosis.plan import level
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Change, Response
@@ -26,6 +26,7 @@ from birdstrike.inversion.diagnosis.setup import Setup, make_setup, stack
 from birdstrike.inversion.diagnosis.shots import Shot, setups_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.misfit import rms
+from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.solver.case.case import Case
 
 MOST = 4  # effects brought up to date in one round; the next takes those that are within reach then
@@ -174,8 +175,11 @@ def _farther(response: Response, h: float) -> float:
 
 
 def _known(one: Wanted) -> bool:
-    """Whether the effect was simulated by itself at nearly this magnitude, or at another one without bending."""
-    done = one.response.simulated
+    """Whether the effect was simulated by itself at nearly this magnitude, or at another one without bending.
+
+    Of the same sense: a slope from 0 to a faster bird is not that to a slower one.
+    """
+    done = [b for b in one.response.simulated if b * one.b > 0.0]
     near = any(abs(b - one.b) <= NEAR * abs(one.b) for b in done)
     return near or (bool(done) and not any(_bent(one.response, b) for b in done))
 
@@ -194,7 +198,7 @@ def _on(problem: Problem, old: Setup, new: Setup) -> Problem:
 def wanted_effects(ranking: Ranking) -> list[str]:
     """Effects of the solver within reach of the best, members of the likeliest pairs before, the others by how likely
     they are at best: an effect whose learnt signature is a little wrong looks less likely than it is until it has been
-    simulated, and one that has been would win by that alone. An effect counts once in each case.
+    simulated, and one that has been would win by that alone. An effect counts once in each case and sense.
     """
     if ranking.shares[NONE] > SURE:
         return []
@@ -205,10 +209,11 @@ def wanted_effects(ranking: Ranking) -> list[str]:
     named = [one.label for n in pairs if ranking.shares[n] > 0.05 for one in ranking.models[n].members]
     near = max(WITHIN, within(top, ranking.evidence[NONE].log_evidence))
     order = [label for label in sorted(score, key=lambda n: -score[n]) if score[label] > top - near]
-    found: dict[tuple[str, int], str] = {}
+    found: dict[tuple[str, int, bool], str] = {}
     for label in [*named, *order]:
         if singles[label].response:
-            found.setdefault((singles[label].name, id(_shot_of(ranking, singles[label]).setup)), label)
+            positive = bool(ranking.evidence[label].h[0] > 0.0)
+            found.setdefault((singles[label].name, id(_shot_of(ranking, singles[label]).setup), positive), label)
     return list(found.values())
 
 
@@ -238,7 +243,7 @@ def _near(z: Array, setup: Setup) -> Array:
 
 def _there(one: Wanted, replicate: int) -> str:
     """Label of a simulation with the effect."""
-    return f"{one.shot.name}: {one.name} there {replicate}"
+    return f"{one.shot.name}: {one.name} {one.b:g} there {replicate}"
 
 
 def _without(one: Wanted, replicate: int) -> str:

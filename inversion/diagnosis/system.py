@@ -18,7 +18,15 @@ from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
 from scipy.special import eval_legendre
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.discrepancy import OWN_SHARE, PARAMETER_LENGTH, Amplitudes, Shape, alike, started
+from birdstrike.inversion.diagnosis.discrepancy import (
+    OWN_SHARE,
+    PARAMETER_LENGTH,
+    Amplitudes,
+    Shape,
+    alike,
+    process_modes,
+    started,
+)
 from birdstrike.inversion.diagnosis.hypotheses import Suspect
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.shots import TIME_OFFSET, Shot, responses_of
@@ -131,21 +139,22 @@ def build(
     unnamed = _unnamed(shots, z, grids, places.h) if bent else library
     J = np.asarray(block_diag(*(one.T for one in jacobians))) * PRIOR_SD
     nuisances = _nuisances(shots, places, grids)
+    lengths = shots[0].setup.mesh.lengths
+    local = weights if lengths is None else 1.0 / np.asarray(lengths)
+    change = np.maximum(local, weights)
+    near = Nearness(shots, z, local)
     parts: dict[str, Array] = {"y": y[:, None], "J": J, "unnamed": np.vstack(unnamed), "nuisance": nuisances}
     for one in found:
         parts[one.label] = signatures[one.label][:, None]
         if one.response:
             parts[f"error of {one.label}"] = _learnt_error(one, shots, signatures[one.label], places)
-            parts[f"error of {one.label} in other models"] = _trends(shots, signatures[one.label], options.share)
-    parts["changed"] = _changed(shots, shapes, known, means)
+            trends = _trends(shots, signatures[one.label], options.share)
+            parts[f"error of {one.label} in other models"] = near.shared(trends)
+    parts["changed"] = near.shared(_changed(shots, shapes, known, means))
     parts["lattice"] = lattice_columns([shot.lattice_moves for shot in shots])
     at = _places_of(parts)
     peaks = _peaks(shots, means)
-    lengths = shots[0].setup.mesh.lengths
-    local = weights if lengths is None else 1.0 / np.asarray(lengths)
-    change = np.maximum(local, weights)
-    near = np.array([[alike(a, b, local) for b in z] for a in z])
-    directions = _numerical(shots, places, np.linalg.cholesky(near + 1e-9 * np.eye(len(z))), options.emulator)
+    directions = _numerical(shots, places, near, options.emulator)
     numerical = white(directions)
     variances = _by_shot(shots, (directions**2).sum(axis=1))
     blocks: list[Block] = []
@@ -169,6 +178,29 @@ def build(
     moved = {one.label: _share_moved(shots, signatures[one.label], means) for one in found if one.response}
     columns = white(np.hstack(list(parts.values())))
     return System(tuple(blocks), smooth, columns, at, middle, names, chol, _named(shots, variances), weights, moved)
+
+
+@dataclass(frozen=True)
+class Nearness:
+    """How far shots share an error: by how near their parameters z (k,) lie; weight: see `alike`."""
+
+    shots: Sequence[Shot]
+    z: Sequence[Array]
+    weight: Array
+
+    def shared(self, factors: Sequence[Mapping[str, Array]]) -> Array:
+        """(n, ...) directions, one standard deviation each, of an error that every shot has by itself.
+
+        factors: source -> (n, q) of each shot; none of a shot that has not the error.
+        """
+        acting = [i for i, own in enumerate(factors) if own]
+        near = np.array([[alike(self.z[i], self.z[j], self.weight) for j in acting] for i in acting])
+        share = np.zeros((len(factors), len(acting)))
+        if acting:
+            share[acting] = np.linalg.cholesky(near + 1e-9 * np.eye(len(acting)))
+        rows = _paired(factors, [len(shot.record.values) for shot in self.shots])
+        columns = [np.vstack([part * own for part, own in zip(each, rows, strict=True)]) for each in share.T]
+        return np.hstack([np.zeros((sum(map(len, rows)), 0)), *columns])
 
 
 def _lone(shared: Array, own: Array) -> Array:
@@ -257,13 +289,14 @@ def _acts(one: Suspect, shot: Shot) -> bool:
 def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], places: Places) -> Array:
     """(n,) derivative of all records with respect to h at the places."""
     parts: list[Array] = []
+    h = places.h.get(one.label, 0.0)
     for shot, grid in zip(shots, grids, strict=True):
         if not _acts(one, shot):
             parts.append(np.zeros(len(shot.record.values)))
         elif one.fault is not None:
-            parts.append(shot.instrument_signature(one.fault, grid, places.h.get(one.label, 0.0)))
+            parts.append(shot.instrument_signature(one.fault, grid, h))
         else:
-            parts.append(shot.sample(shot.setup.responses[one.name].at(places.z[shot.name])[None])[0])
+            parts.append(shot.response_to(one.name, places.z[shot.name], h))
     return np.concatenate(parts)
 
 
@@ -285,7 +318,7 @@ def _unnamed(
         responses, sizes = shot.setup.responses, {} if shot.baseline or h is None else h
         known = instrument_effects(shot.setup.plan.case, shot.setup.channels)
         faults = [one for one in known if len(one.sensors) == 1 or one.label == TIME_OFFSET]
-        rows = {name: shot.sample(one.at(own)[None])[0] for name, one in responses.items()}
+        rows = {name: shot.response_to(name, own) for name in responses}
         rows |= {one.label: shot.instrument_signature(one, grid, sizes.get(one.label, 0.0)) for one in faults}
         found.append(rows)
     labels = [*(effects := responses_of(shots)), *dict.fromkeys(n for own in found for n in own if n not in effects)]
@@ -322,39 +355,37 @@ def lattice_columns(moves: Sequence[Array]) -> Array:
     return np.hstack([np.concatenate(means)[:, None], np.asarray(block_diag(*(own.T for own in rest)))])
 
 
-def _numerical(shots: Sequence[Shot], places: Places, share: Array, emulator: bool) -> Array:
+def _numerical(shots: Sequence[Shot], places: Places, near: Nearness, emulator: bool) -> Array:
     """(n, q) directions, one standard deviation each, of emulator, where it is asked for, and mesh correction.
 
     Half of the mesh correction's variance is given to a process of their size
     that is independent of directions (they are fewer than the directions). Shots share them as far as their
     parameters are alike; the extrapolation to finer meshes they share wholly.
     """
-    factors = _paired([_own_factors(shot, places.z[shot.name], emulator) for shot in shots])
-    columns = []
-    for j in range(len(shots)):
-        columns.append(np.vstack([share[i, j] * factors[i] for i in range(len(shots))]))
+    factors = [_own_factors(shot, places.z[shot.name], emulator) for shot in shots]
     finer = np.concatenate([shot.sample(shot.setup.mesh.extrapolation(places.z[shot.name])[None])[0] for shot in shots])
-    return np.hstack([*columns, finer[:, None]])
+    return np.hstack([near.shared(factors), finer[:, None]])
 
 
-def _paired(factors: Sequence[Mapping[str, Array]]) -> list[Array]:
+def _paired(factors: Sequence[Mapping[str, Array]], points: Sequence[int]) -> list[Array]:
     """(n, q) of each shot, a direction in the same column in all of them; 0 where a shot has it not.
 
-    factors: source -> (n, q) of each shot. The shots' channels, and how many directions each source has, may differ.
+    factors: source -> (n, q) of each shot; points: n of each. The shots' channels, and how many directions each source
+    has, may differ.
     """
     widths: dict[str, int] = {}
     for own in factors:
         for source, columns in own.items():
             widths[source] = max(widths.get(source, 0), columns.shape[1])
     found = []
-    for own in factors:
-        none = np.zeros((len(next(iter(own.values()))), 0))
+    for own, n in zip(factors, points, strict=True):
+        none = np.zeros((n, 0))
         parts = [own.get(source, none) for source in widths]
         padded = [
             np.pad(part, ((0, 0), (0, width - part.shape[1])))
             for part, width in zip(parts, widths.values(), strict=True)
         ]
-        found.append(np.hstack(padded))
+        found.append(np.hstack([none, *padded]))
     return found
 
 
@@ -520,7 +551,7 @@ def _learnt_error(one: Suspect, shots: Sequence[Shot], column: Array, places: Pl
         if not np.any(own):
             found.append(np.zeros((len(own), 0)))
             continue
-        response, z = shot.setup.responses[one.name], places.z[shot.name]
+        response, z = shot.setup.responses[one.name].sided(places.h.get(one.label, 0.0)), places.z[shot.name]
         scatter = response.scatter_at(z)[[shot.setup.channels.index(c) for c in shot.channels]]
         errors = [shot.sample(response.error_at(z))]
         if scatter.any():
@@ -530,19 +561,25 @@ def _learnt_error(one: Suspect, shots: Sequence[Shot], column: Array, places: Pl
     return np.vstack([np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in found])
 
 
-def _trends(shots: Sequence[Shot], column: Array, size: float) -> Array:
-    """(n, q) slow trends in time of a signature: what another sound model would answer, in common and by channel."""
-    blocks: list[Array] = []
+def _trends(shots: Sequence[Shot], column: Array, size: float) -> list[dict[str, Array]]:
+    """Slow trends in time of a signature, in common and by channel: what another sound model would answer.
+
+    Of each shot; a model that answers otherwise in one shot does so in all shots of such birds.
+    """
+    found: list[dict[str, Array]] = []
     for shot, own in zip(shots, _by_shot(shots, column), strict=True):
         if not np.any(own):
-            blocks.append(np.zeros((len(own), 0)))
+            found.append({})
             continue
         x = 2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0
-        trends = [np.sqrt((2.0 * k + 1.0) / TRENDS) * size * eval_legendre(k, x) * own for k in range(TRENDS)]
-        of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))
-        common = np.sqrt(IN_COMMON) * np.transpose(trends)
-        blocks.append(np.hstack([common, *(np.sqrt(1.0 - IN_COMMON) * trend[:, None] * of for trend in trends)]))
-    return np.asarray(block_diag(*blocks))
+        trends = np.transpose(
+            [np.sqrt((2.0 * k + 1.0) / TRENDS) * size * eval_legendre(k, x) * own for k in range(TRENDS)]
+        )
+        parts = {"": np.sqrt(IN_COMMON) * trends}
+        for i, trace in enumerate(shot.record.traces):
+            parts[trace.name] = np.sqrt(1.0 - IN_COMMON) * trends * (shot.record.channel == i)[:, None]
+        found.append(parts)
+    return found
 
 
 def _by_shot(shots: Sequence[Shot], column: Array) -> list[Array]:
@@ -550,26 +587,27 @@ def _by_shot(shots: Sequence[Shot], column: Array) -> list[Array]:
     return np.split(column, np.cumsum([len(shot.record.values) for shot in shots])[:-1])
 
 
-def _changed(shots: Sequence[Shot], shapes: Mapping[str, Shape], known: Amplitudes, means: Sequence[Array]) -> Array:
-    """(n, q) directions of the discrepancy that baselines share, in the measured shots: none without baselines.
+def _changed(
+    shots: Sequence[Shot], shapes: Mapping[str, Shape], known: Amplitudes, means: Sequence[Array]
+) -> list[dict[str, Array]]:
+    """Directions of the discrepancy that baselines share, by channel, in each measured shot: none without baselines.
 
     A model-form error is a share of the response. An effect that changes the response by a share changes it by that
-    share of itself, in a way that the baseline cannot know.
+    share of itself, in a way that the baseline cannot know; shots share that as they share the discrepancy.
     """
-    peaks, blocks = _peaks(shots, means), []
-    for shot, own in zip(shots, peaks, strict=True):
+    found: list[dict[str, Array]] = []
+    for shot, peaks in zip(shots, _peaks(shots, means), strict=True):
+        own: dict[str, Array] = {}
         for i, trace in enumerate(shot.record.traces):
-            n = len(trace.values)
             if shot.baseline or shot.kinds[i] not in known.learnt:
-                blocks.append(np.zeros((n, 0)))
                 continue
             shape = shapes[trace.name]
-            t = trace.middle
-            values, vectors = np.linalg.eigh(started(t, t, shot.onset, shape.length))
-            size = known.fixed[shot.kinds[i]] * own[i] * np.interp(t, shot.setup.time, shape.growth)
-            kept = np.argsort(-values)[:CHANGED]
-            blocks.append(size[:, None] * vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0.0)))
-    return np.asarray(block_diag(*blocks))
+            size = known.fixed[shot.kinds[i]] * peaks[i] * np.interp(trace.middle, shot.setup.time, shape.growth)
+            modes = size[:, None] * process_modes(trace.middle, shot.onset, shape.length, CHANGED)
+            own[trace.name] = np.zeros((len(shot.record.values), modes.shape[1]))
+            own[trace.name][shot.record.channel == i] = modes
+        found.append(own)
+    return found
 
 
 def _share_moved(shots: Sequence[Shot], signature: Array, means: Sequence[Array]) -> float:

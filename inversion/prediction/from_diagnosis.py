@@ -16,10 +16,10 @@ from birdstrike.data.histories import Array
 from birdstrike.data.tree import load_tree
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.diagnosis.discrepancy import remainder
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
+from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 from birdstrike.solver.case.case import load_case
 
 Tree = Mapping[str, Any]

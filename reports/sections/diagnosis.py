@@ -12,10 +12,11 @@ from typing import Any
 import pandas as pd
 
 from birdstrike.data.errors import UserError
-from birdstrike.inversion.diagnosis.answer import beyond, headline, next_step, shot_with
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import in_words, plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
+from birdstrike.inversion.results.diagnosis import headline, shot_with
+from birdstrike.inversion.results.diagnosis_text import beyond, next_step
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.diagnosis import curves_figure, probability_figure, residual_figure
 from birdstrike.reports.sections.summary import signed

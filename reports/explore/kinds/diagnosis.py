@@ -12,11 +12,10 @@ import pandas as pd
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import read_json
 from birdstrike.data.tree import load_tree
-from birdstrike.inversion.diagnosis.answer import headline
 from birdstrike.inversion.diagnosis.diagnose import curve_files
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.formatting import label_parts
+from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, headline
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
 from birdstrike.solver.case.case import Case, load_case

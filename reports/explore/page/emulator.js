@@ -77,8 +77,9 @@ const addMesh = (mesh, name, z, out) => {
   mesh.processes.forEach((process, c) => addScaled(out, mesh.directions[name][c], processMean(process, z)));
 };
 const addResponse = (response, name, z, h, out) => {
-  addScaled(out, response.signature[name], h);
-  response.slopes[name].forEach((row, j) => addScaled(out, row, h * (z[j] - response.centre[j])));
+  const own = (h < 0 && response.negative) || response;
+  addScaled(out, own.signature[name], h);
+  own.slopes[name].forEach((row, j) => addScaled(out, row, h * (z[j] - response.centre[j])));
 };
 
 // Change of a curve by a fault of an instrument, of a magnitude in SI (inversion.diagnosis.instrument.change).

@@ -9,19 +9,9 @@ from typing import Any
 
 import pytest
 
-from birdstrike.inversion.diagnosis.answer import (
-    AMBIGUOUS,
-    ATTRIBUTED,
-    NO_RESIDUAL,
-    OPPOSITES,
-    UNEXPLAINED,
-    EffectFigures,
-    _meaning,
-    in_its_sense,
-    magnitude_words,
-    next_step,
-    sentence_of,
-)
+from birdstrike.inversion.diagnosis.answer import _meaning
+from birdstrike.inversion.results.diagnosis import AMBIGUOUS, ATTRIBUTED, NO_RESIDUAL, UNEXPLAINED, EffectFigures
+from birdstrike.inversion.results.diagnosis_text import OPPOSITES, in_its_sense, magnitude_words, next_step, sentence_of
 from birdstrike.reports.sections.diagnosis import magnitude
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.effects.registry import effects

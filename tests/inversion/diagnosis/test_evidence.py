@@ -37,10 +37,10 @@ from birdstrike.inversion.diagnosis.evidence import (
     credible_set,
     probabilities,
 )
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, Hypothesis, Suspect
+from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
-from birdstrike.inversion.diagnosis.responses import LINEAR, Change, Response, Uncertainty, scatter, updated
+from birdstrike.inversion.diagnosis.responses import LINEAR, Change, Response, Uncertainty, scatter, up_to_date, updated
 from birdstrike.inversion.diagnosis.solver_update import _farther, wanted_effects
 from birdstrike.inversion.diagnosis.system import (
     IN_COMMON,
@@ -52,6 +52,7 @@ from birdstrike.inversion.diagnosis.system import (
     _trends,
     lattice_columns,
 )
+from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.run_scatter import common_factors
 from tests.solver.target.test_mesh_file import table_with, written
@@ -256,11 +257,12 @@ def test_what_other_models_answer_is_not_averaged_away_by_many_sensors(channels:
         values=np.zeros(200 * channels),
         middle=np.tile(t, channels),
         channel=np.repeat(np.arange(channels), 200),
-        traces=range(channels),
+        traces=[SimpleNamespace(name=str(i)) for i in range(channels)],
     )
     shot: Any = SimpleNamespace(record=record, setup=SimpleNamespace(time=t))
     signature = np.ones(200 * channels)
-    errors = _trends([shot], signature, SHARE)
+    (parts,) = _trends([shot], signature, SHARE)
+    errors = np.hstack([*parts.values()])
     assert (errors**2).sum(axis=1).mean() == pytest.approx(SHARE**2, rel=0.02)
     seen = float(((signature @ errors) ** 2).sum()) / len(signature) ** 2
     assert seen == pytest.approx(SHARE**2 / TRENDS * (IN_COMMON + (1.0 - IN_COMMON) / channels), rel=0.02)
@@ -396,10 +398,39 @@ def test_simulations_go_to_the_effects_that_could_be_likeliest() -> None:
         singles=singles(every),
         shares={NONE: 0.01} | dict.fromkeys(best, 0.1),
         standings={label: SimpleNamespace(at_best=value) for label, value in best.items()},
-        evidence={NONE: SimpleNamespace(log_evidence=-130.0)},
+        evidence={
+            NONE: SimpleNamespace(log_evidence=-130.0),
+            **{label: SimpleNamespace(h=np.ones(1)) for label in best},
+        },
         problem=SimpleNamespace(shots=[SimpleNamespace(name="shot", setup=None)]),
     )
     assert wanted_effects(ranking) == ["e1", "e4", "e0", "e2"]
+
+
+@pytest.mark.parametrize(("h", "wanted"), [(-1.0, ["speed@a", "speed@b"]), (1.0, ["speed@a"])])
+def test_a_faster_bird_in_one_shot_and_a_slower_one_in_the_other_are_both_simulated(
+    h: float, wanted: list[str]
+) -> None:
+    """The sense that was simulated led by 5.6 nats, which named the shot: -0.2 where it was the other one."""
+    response = SimpleNamespace(one_sided=False, size=1.0, least=-5.0)
+    suspects = [
+        Suspect(f"speed@{shot}", "speed", "impact", (shot,), response=response)  # pyright: ignore[reportArgumentType]
+        for shot in "ab"
+    ]
+    every = {one.label: Hypothesis(one.label, (one,), 0.1, "impact") for one in suspects}
+    ranking: Any = SimpleNamespace(
+        models=every,
+        singles={label: one.members[0] for label, one in every.items()},
+        shares={NONE: 0.01} | dict.fromkeys(every, 0.4),
+        standings={label: SimpleNamespace(at_best=-100.0) for label in every},
+        evidence={
+            NONE: SimpleNamespace(log_evidence=-130.0),
+            "speed@a": SimpleNamespace(h=np.array([1.0])),
+            "speed@b": SimpleNamespace(h=np.array([h])),
+        },
+        problem=SimpleNamespace(shots=[SimpleNamespace(name=shot, setup=None) for shot in "ab"]),
+    )
+    assert wanted_effects(ranking) == wanted
 
 
 def test_baselines_tell_of_the_sensors_that_they_show() -> None:
@@ -524,6 +555,25 @@ def test_simulations_where_an_effect_matters_bend_its_response_to_them() -> None
     assert new.h(2.0) == pytest.approx(3.0, abs=0.05)
     assert np.allclose(new.h(2.0) * new.signature, changes.mean(axis=0))
     assert new.h(-1.0) == old.h(-1.0)
+
+
+def test_each_sense_of_an_effect_is_what_its_own_simulations_show() -> None:
+    """A bird as much slower as another is faster moves the curves in another shape: one signature served both."""
+    rng, t = np.random.default_rng(0), np.linspace(0.0, 1.0, 30)
+    learnt = replace(response(1.0 + t), known=SimpleNamespace(one_sided=False))  # pyright: ignore[reportArgumentType]
+    faster, slower = (
+        Change("a", b, np.zeros(1), b * shape + 0.01 * rng.standard_normal((8, 30)))
+        for b, shape in ((2.0, 1.0 + 1.5 * t), (-2.0, 1.0 + 0.5 * t))
+    )
+    alone = up_to_date(learnt, [faster])
+    np.testing.assert_array_equal(alone.sided(-1.0).signature, learnt.signature)
+    both = up_to_date(learnt, [faster, slower])
+    for change in (faster, slower):
+        own = both.sided(change.b)
+        np.testing.assert_allclose(both.h(change.b) * own.at(np.zeros(1)), change.pairs.mean(axis=0), atol=0.02)
+    np.testing.assert_array_equal(both.sided(1.0).signature, alone.sided(1.0).signature)
+    assert both.sided(0.0) is both
+    assert both.simulated == (2.0, -2.0)
 
 
 def test_beyond_a_fit_on_a_response_that_bends_the_next_simulation_shows_how_it_goes_on() -> None:

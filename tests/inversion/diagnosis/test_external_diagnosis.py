@@ -11,8 +11,8 @@ import pytest
 
 from birdstrike.data.curves import Measured
 from birdstrike.doe.external.external import simulate_external
-from birdstrike.inversion.diagnosis.answer import Diagnosis
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
+from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.effects.registry import effects
 from tests.doe.external.test_external import exact

@@ -9,11 +9,12 @@ from scipy.stats import multivariate_normal
 
 from birdstrike.inversion.diagnosis.answer import SIMULATION_SCATTER
 from birdstrike.inversion.diagnosis.evidence import ModelTester
-from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, SOMETHING_ELSE
+from birdstrike.inversion.diagnosis.hypotheses import NOTHING
 from birdstrike.inversion.diagnosis.plan import LATTICES
 from birdstrike.inversion.diagnosis.ranking import SWING, Fit, Problem, likelier
 from birdstrike.inversion.diagnosis.system import Places
 from birdstrike.inversion.estimation.mesh_correction import stack
+from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 from tests.inversion.diagnosis.conftest import Laboratory
 
 

@@ -10,10 +10,10 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.diagnosis.answer import Diagnosis
 from birdstrike.inversion.diagnosis.diagnose import diagnose
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
 from birdstrike.inversion.estimation.refinement import PAYS
+from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.sensors.instrument import Instrument, recorded
 from tests.inversion.diagnosis.rig import as_solver, few_simulations, tiny

@@ -12,12 +12,13 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.effects import Effect, register, unregister
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
-from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, family_of, hypotheses
+from birdstrike.inversion.diagnosis.hypotheses import Suspect, family_of, hypotheses
 from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature
 from birdstrike.inversion.diagnosis.plan import Block, Known, candidates, library, make_plan, two_level
 from birdstrike.inversion.diagnosis.responses import learn_responses
 from birdstrike.inversion.diagnosis.setup import unpredictable
 from birdstrike.inversion.estimation.mesh_correction import spread
+from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, recorded

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from birdstrike.inversion.diagnosis.evidence import ModelTester
-from birdstrike.inversion.diagnosis.hypotheses import NONE
 from birdstrike.inversion.diagnosis.next_measurement import expected
 from birdstrike.inversion.diagnosis.power import scatter_of_sizes
+from birdstrike.inversion.results.diagnosis import NONE
 from tests.inversion.diagnosis.test_evidence import POINTS, known, models, system
 
 

@@ -17,9 +17,9 @@ from birdstrike.data.tree import load_tree, save_tree
 from birdstrike.inversion.diagnosis.answer import curve_at
 from birdstrike.inversion.diagnosis.discrepancy import OWN_SHARE, unknown_or_stated
 from birdstrike.inversion.diagnosis.evidence import ModelTester
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.system import FAST, Places, build
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
+from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 from tests.inversion.diagnosis.conftest import Laboratory
 from tests.inversion.diagnosis.rig import few_simulations
 

@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import LONGEST, Measured, shot_names
-from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, NO_RESIDUAL, Diagnosis, _errors, errors
 from birdstrike.inversion.diagnosis.diagnose import curve_files, diagnose
+from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.pipeline import _left_out
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Record, Shot
-from birdstrike.inversion.diagnosis.system import Places, _numerical
+from birdstrike.inversion.diagnosis.system import Nearness, Places, _changed, _numerical, _trends
 from birdstrike.inversion.formatting import quantity
+from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NO_RESIDUAL, Diagnosis, errors
+from birdstrike.inversion.results.diagnosis_text import _errors
 from birdstrike.reports.page.diagnosis import write_diagnosis_page
 from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.rig import few_simulations, tiny
@@ -134,11 +136,35 @@ def test_two_shots_of_one_bird_share_a_channel_s_numerical_error_wherever_their_
     first = rankings[0].problem.shots[1]
     again = replace(first, name="again", record=Record(tuple(first.record.traces[i] for i in kept), ()))
     place = Places(dict.fromkeys((first.name, "again"), rankings[0].fits["none"].places.z[first.name]), {})
-    directions = _numerical((first, again), place, np.linalg.cholesky(np.ones((2, 2)) + 1e-12 * np.eye(2)), True)
+    pair = (first, again)
+    near = Nearness(pair, list(place.z.values()), np.ones(len(place.z[first.name])))
+    directions = _numerical(pair, place, near, True)
     n = len(first.record.values)
     same = np.concatenate([np.flatnonzero(first.record.channel == i) for i in kept])
     own, shared = directions[:n] @ directions[:n].T, directions[:n] @ directions[n:].T
     np.testing.assert_allclose(shared, own[:, same], atol=1e-4 * own.max())
+
+
+@pytest.mark.usefixtures("found")
+@pytest.mark.parametrize("kept", [(0, 1), (1, 0), (1,)], ids=["alike", "in another order", "without the first"])
+def test_shots_share_what_another_model_would_answer_as_far_as_their_birds_are_alike(
+    rankings: list[Ranking], kept: tuple[int, ...]
+) -> None:
+    """It was drawn anew in every shot, as an effect's change of the model error was, so that each shot more cost an
+    effect as much as it told: a clamp that slips was likelier with one shot than with three."""
+    first = rankings[0].problem.shots[1]
+    again = replace(first, name="again", record=Record(tuple(first.record.traces[i] for i in kept), ()))
+    column = np.linspace(1.0, 2.0, (n := len(first.record.values)) + len(again.record.values))
+    same = np.concatenate([np.flatnonzero(first.record.channel == i) for i in kept])
+    column[n:] = column[same]
+    known = Amplitudes({}, {}, {"displacement": 0.01}, "", frozenset({"displacement"}))
+    changed = _changed((first, again), first.shapes, known, [one.record.values for one in (first, again)])
+    for parts in (_trends((first, again), column, 0.2), changed):
+        for apart, share in ((0.0, 1.0), (20.0, 0.0)):
+            errors = Nearness((first, again), [np.zeros(1), np.full(1, apart)], np.ones(1)).shared(parts)
+            own, shared = errors[:n] @ errors[:n].T, errors[:n] @ errors[n:].T
+            np.testing.assert_allclose(shared, share * own[:, same], atol=1e-4 * own.max())
+            np.testing.assert_allclose(errors[n:] @ errors[n:].T, own[np.ix_(same, same)], atol=1e-4 * own.max())
 
 
 def test_the_magnitude_of_an_effect_without_a_fit_of_its_own_is_not_the_end_of_its_interval(found: Diagnosis) -> None:

@@ -1,0 +1,236 @@
+"""The content of diagnosis.json: what a diagnosis found. The file is a contract."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from birdstrike.data.display import Displayed, draw_curves, own_axes
+from birdstrike.data.files import write_json
+from birdstrike.inversion.formatting import label_parts
+from birdstrike.solver.case.case import Case
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+NONE, SOMETHING_ELSE = "none", "something_else"
+"""Models that are no effect, beside whose names those of effects stand."""
+NOT_EFFECTS = {NONE: "no effect", SOMETHING_ELSE: "something that no effect of the library describes"}
+LEAST_SHARE, MOST_SHARE = 0.0005, 0.5
+"""Of the peak: range in which the model error that a model requires is looked for."""
+ATTRIBUTED, AMBIGUOUS, UNEXPLAINED, NO_RESIDUAL = "attributed", "ambiguous", "unexplained", "no_significant_residual"
+LEVEL = 0.95
+HEADS = {
+    NO_RESIDUAL: "No significant residual",
+    ATTRIBUTED: "Attributed",
+    AMBIGUOUS: "Ambiguous",
+    UNEXPLAINED: "Unexplained",
+}
+OWN_FILES = ("curves", "case", "model")
+LISTED = 8  # models in the picture of the probabilities
+
+
+@dataclass(frozen=True)
+class EffectFigures:
+    """One model; magnitude and interval in SI, None for `none` and `something_else`.
+
+    probability: that it is there, alone or in a pair; p_consistent: of a likelihood ratio against the best model;
+    log_evidence: over none; twins: name -> cosine; at_bound: the largest magnitude looked at is reached; absorbed:
+    share of the signature that the calibrated parameters imitate; bias: what one plausible size would add to each of
+    them, SI, were it there and not in the model; confirmed: the solver was run at the fit.
+    """
+
+    name: str
+    family: str
+    meaning: str
+    probability: float
+    prior: float
+    magnitude: float | None
+    unit: str
+    interval_95: tuple[float, float] | None
+    at_bound: bool
+    p_consistent: float
+    log_evidence: float
+    required_discrepancy: float | None
+    twins: Mapping[str, float]
+    absorbed: float | None
+    bias: Mapping[str, float]
+    plausible_size: float | None
+    confirmed: bool
+
+    def figures(self) -> dict[str, Any]:
+        """For JSON."""
+        return dict(vars(self))
+
+
+@dataclass(frozen=True)
+class State:
+    """The model before or after.
+
+    rmse: sensor -> SI; weighted: whitened RMS (1: all errors together), less what the baselines show;
+    raw: in units of the measurement noise alone; heldout: time_block, channel, shot; parameters: name -> value,
+    interval_95, unit; solver: rmse of one run of the declared case, or None; rmse_less_baseline: sensor -> SI, of the
+    residual less what the baselines' residuals tell of it, None without a baseline, and of the solver, whose declared
+    mesh is not that on which the baselines were calibrated.
+    """
+
+    model: str
+    rmse: Mapping[str, float]
+    weighted: float
+    raw: float
+    heldout: Mapping[str, float | None]
+    parameters: Mapping[str, Mapping[str, Any]]
+    solver: Mapping[str, Any] | None = None
+    rmse_less_baseline: Mapping[str, float] | None = None
+
+
+Errors = Mapping[str, Any]
+
+
+def errors(before: Mapping[str, Any], after: Mapping[str, Any] | None) -> tuple[Errors, Errors | None]:
+    """Errors of two states (as in diagnosis.json), like with like: the solver's where it was run for both, else the
+    fits'. Less the baseline's they are those of the fits, on the mesh on which the baseline was calibrated.
+    """
+    states = [before] if after is None else [before, after]
+    ran = all(one["solver"] for one in states)
+    found = [
+        {**one, **(one["solver"] if ran else {}), "rmse_less_baseline": one.get("rmse_less_baseline")} for one in states
+    ]
+    return found[0], found[1] if after is not None else None
+
+
+def shot_with(shots: Sequence[Mapping[str, Any]], model: str) -> Mapping[str, Any]:
+    """The first of the shots of diagnosis.json in which a model's effect acts; model: "" or `none` act in all."""
+    alone = label_parts(model)[2]
+    return next(one for one in shots if alone in ("", one["name"]))
+
+
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Displayed):
+    """Everything that a diagnosis found; `sentence` is the one for a test report.
+
+    alarm: p-value of none; families, probabilities: posterior; required_discrepancy: shares of the peak; left_out:
+    channels that simulations cannot predict -> share of the peak by which another lattice moves them; tolerances and
+    unnamed: of earlier versions, always empty; case: the case with the effect in it, which `case_after` is the file of;
+    model: the emulators and fits as arrays, of which model.npz is the file.
+    """
+
+    alpha: float
+    alarm: float
+    verdict: str
+    confidence_set: tuple[str, ...]
+    probabilities: Mapping[str, float]
+    families: Mapping[str, float]
+    required_discrepancy: Mapping[str, float | None]
+    effects: tuple[EffectFigures, ...]
+    before: State
+    after: State | None
+    minimum_detectable: Mapping[str, float | None]
+    next_measurement: Mapping[str, Any] | None
+    pairs: tuple[Mapping[str, Any], ...]
+    remainder: Mapping[str, Any] | None
+    noise: Mapping[str, Any]
+    discrepancy: Mapping[str, Any]
+    nuisance: Mapping[str, Any]
+    baseline: Mapping[str, Any] | None
+    shots: tuple[Mapping[str, Any], ...]
+    held_out: Mapping[str, Mapping[str, float | None]]
+    case_after: str | None
+    strikes: Mapping[str, Any]
+    warnings: tuple[str, ...]
+    refused: Mapping[str, str]
+    record: Mapping[str, Any]
+    sentence: str
+    curves: Mapping[str, Any] = field(default_factory=dict)
+    case: Case | None = None
+    model: Mapping[str, Any] = field(default_factory=dict)
+    left_out: Mapping[str, float] = field(default_factory=dict)
+    tolerances: tuple[Mapping[str, Any], ...] = ()
+    unnamed: str | None = None
+
+    def named(self, name: str) -> EffectFigures:
+        """Figures of one model."""
+        return next(one for one in self.effects if one.name == name)
+
+    def figures(self) -> dict[str, Any]:
+        """The content of diagnosis.json, without the schema's version."""
+        plain = {key: value for key, value in vars(self).items() if key not in OWN_FILES}
+        return {
+            **plain,
+            "effects": [one.figures() for one in self.effects],
+            "before": dict(vars(self.before)),
+            "after": dict(vars(self.after)) if self.after else None,
+        }
+
+    def save(self, path: Path) -> None:
+        """Write diagnosis.json, whole or not at all."""
+        write_json(path, self.figures())
+
+    @classmethod
+    def read(cls, path: Path) -> Diagnosis:
+        """From diagnosis.json, without what has files of its own: curves, case and model.npz."""
+        content = json.loads(path.read_text(encoding="utf-8"))
+        own = {one.name: content[one.name] for one in fields(cls) if one.name in content}
+        own["effects"] = tuple(EffectFigures(**one) for one in content["effects"])
+        own["before"] = State(**content["before"])
+        own["after"] = State(**content["after"]) if content["after"] else None
+        return cls(**own)
+
+    @property
+    def headline(self) -> str:
+        """The verdict with the sentence for a report."""
+        return f"Diagnosis: {HEADS[self.verdict].lower()}. {self.sentence}"
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """A row a model, the likeliest first: probability, magnitude with the ends of its 95 % interval, SI."""
+        import pandas as pd
+
+        rows = [
+            {
+                "name": one.name,
+                "probability": one.probability,
+                "magnitude": np.nan if one.magnitude is None else one.magnitude,
+                "low_95": (one.interval_95 or (np.nan, np.nan))[0],
+                "high_95": (one.interval_95 or (np.nan, np.nan))[1],
+                "unit": one.unit,
+                "p_consistent": one.p_consistent,
+                "meaning": one.meaning,
+            }
+            for one in self.effects
+        ]
+        return pd.DataFrame(rows)
+
+    def plot(self, channel: str | None = None, axes: Axes | None = None, shot: str | None = None) -> Axes:
+        """The likeliest models' probabilities; with a channel, its record with the curves before and after."""
+        on = own_axes(axes)
+        if channel is None:
+            first = self.effects[:LISTED][::-1]
+            on.barh([one.name for one in first], [one.probability for one in first])
+            on.set_xlim(0.0, 1.0)
+            on.set_xlabel("probability")
+            return on
+        one = self.curves[shot or next(iter(self.curves))][channel]
+        looks = {"measured": {"marker": ".", "linestyle": "none", "color": "black"}, "before": {}, "after": {}}
+        for key, look in looks.items():
+            if np.isfinite(one[key]).any():
+                draw_curves(on, one["time"], one[key], channel, one["unit"], label=key, **look)
+        on.legend(fontsize="small")
+        return on
+
+    def draw(self) -> tuple[Any, ...]:
+        """The probabilities, and the first channel where the curves are at hand."""
+        curves = next(iter(self.curves.values()), {})
+        channels = [partial(self.plot, name) for name in list(curves)[:1]]
+        return (lambda axes: self.plot(axes=axes), *channels)
+
+
+def headline(verdict: str, sentence: str) -> str:
+    """The verdict in words and the sentence, as files and pages give them."""
+    return f"{HEADS[verdict]}. {sentence}."
