@@ -27,6 +27,7 @@ from birdstrike.stages import (
 if TYPE_CHECKING:
     from birdstrike.doe.campaign.runner import RunCounts
     from birdstrike.doe.designs.design import Design
+    from birdstrike.inversion.results.diagnosis import Diagnosis
     from birdstrike.solver.case.case import Case, CaseSource
 
 
@@ -387,14 +388,14 @@ def _report(plan: LoopPlan, progress: Progress) -> None:
 
 def conclude(plan: LoopPlan) -> dict[str, Any]:
     """Findings, figures and paths, noted in the ledger and returned with the stages."""
-    from birdstrike.data.files import read_json
+    from birdstrike.inversion.results.diagnosis import Diagnosis
     from birdstrike.reports.results.findings import findings, key_figures
     from birdstrike.reports.results.parts import find_parts
     from birdstrike.reports.results.reading import read_results
     from birdstrike.solver.case.case import case_hash
 
     results = read_results(find_parts(plan.out, plan.adopted))
-    diagnosed = read_json(plan.diagnosis / "diagnosis.json") if plan.diagnosed else {}
+    diagnosed = Diagnosis.read(plan.diagnosis / "diagnosis.json") if plan.diagnosed else None
     return plan.ledger.write(
         diagnosis=answer_of(diagnosed) if diagnosed else None,
         stated=stated_truth(results.record.provenance),
@@ -408,27 +409,33 @@ def conclude(plan: LoopPlan) -> dict[str, Any]:
     )
 
 
-def answer_of(diagnosed: Mapping[str, Any]) -> dict[str, Any]:
-    """Of diagnosis.json: verdict, sentence, the likeliest model with its magnitude in words, errors by sensor (SI).
+def answer_of(found: Diagnosis) -> dict[str, Any]:
+    """Verdict, sentence, the likeliest model with its magnitude in words, errors by sensor (SI).
 
     Errors of the first shot that has the effect.
     """
-    from birdstrike.inversion.results.diagnosis import EffectFigures, errors, shot_with
+    from birdstrike.inversion.results.diagnosis import errors
     from birdstrike.inversion.results.diagnosis_text import in_its_sense, magnitude_words
 
-    answer = {name: diagnosed[name] for name in ("verdict", "confidence_set", "sentence")}
-    if listed := diagnosed.get("effects"):
-        one = EffectFigures(**listed[0])
-        words = {"meaning": in_its_sense(one), "magnitude_words": magnitude_words(one)}
-        answer["likeliest"] = {"name": one.name, "probability": one.probability, "magnitude": one.magnitude, **words}
-    shot = shot_with(diagnosed["shots"], (diagnosed["after"] or {}).get("model", ""))
-    compared = errors(shot["before"], shot["after"])
-    for state, found in zip(("before", "after"), compared, strict=True):
-        answer[state] = found and found["rmse"]
-        answer[f"{state}_less_baseline"] = found and found["rmse_less_baseline"]
-    sensors = diagnosed.get("noise", {}).get("sensors", {})
-    answer["units"] = {name: sensor["unit"] for name, sensor in sensors.items()}
-    return answer
+    one, shot = found.effects[0], found.shown_shot
+    before, after = errors(shot.before, shot.after)
+    return {
+        "verdict": found.verdict,
+        "confidence_set": found.confidence_set,
+        "sentence": found.sentence,
+        "likeliest": {
+            "name": one.name,
+            "probability": one.probability,
+            "magnitude": one.magnitude,
+            "meaning": in_its_sense(one),
+            "magnitude_words": magnitude_words(one),
+        },
+        "before": before.rmse,
+        "before_less_baseline": before.rmse_less_baseline,
+        "after": after and after.rmse,
+        "after_less_baseline": after and after.rmse_less_baseline,
+        "units": found.units,
+    }
 
 
 def stated_truth(provenance: Sequence[str]) -> list[str]:

@@ -148,12 +148,10 @@ def shown(label: str) -> AbstractContextManager[Callable[[float], None]]:
 
 def lines(found: Diagnosis) -> Iterator[str]:
     """What stands above the table: provenance, model error, the verdict in words."""
-    from birdstrike.inversion.results.diagnosis import headline
-
     if found.record["simulated"]:
         yield f"record: {found.record['path']} is simulated, not measured"
     yield f"model-form error: {found.discrepancy['source']}"
-    yield headline(found.verdict, found.sentence)
+    yield found.conclusion
 
 
 def table(found: Diagnosis) -> Table:
@@ -180,20 +178,16 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     from birdstrike.inversion.results.diagnosis import errors
     from birdstrike.inversion.results.diagnosis_text import next_step
 
-    units = {name: one["unit"] for name, one in found.noise["sensors"].items()}
     for shot in found.shots:
-        first, last = errors(shot["before"], shot["after"])
-        where = f" in shot {shot['name']}" if len(found.shots) > 1 else ""
+        first, last = errors(shot.before, shot.after)
+        where = f" in shot {shot.name}" if len(found.shots) > 1 else ""
         for key, words in (("rmse_less_baseline", " less what the baseline shows"), ("rmse", "")):
-            if first[key]:
-                after = last[key] if last else None
-                told = changes(first[key], after, units)
+            if before := getattr(first, key):
+                told = changes(before, getattr(last, key) if last else None, found.units)
                 yield f"RMS error{where}{words}{', before -> after' if last else ''}: {told}"
     for pair in found.pairs[:3]:
         yield f"pair in the 95 % set: {' and '.join(pair['effects'])} (probability {pair['probability']:.2f})"
-    proposal = found.next_measurement["sentence"] if found.next_measurement else None
-    step = next_step(found.verdict, found.effects[0].name, proposal, found.baseline is not None)
-    yield f"what to do: {step}"
+    yield f"what to do: {next_step(found)}"
     yield f"simulations: {found.strikes['paid']} run, {found.strikes['reused']} found stored"
     if found.strikes.get("refinement"):
         yield runs_near_the_fits(found.strikes["refinement"])
@@ -212,7 +206,7 @@ def summary(found: Diagnosis) -> dict[str, Any]:
     """What the --json line carries."""
     from birdstrike.inversion.results.diagnosis import errors
 
-    before, after = errors(vars(found.before), vars(found.after) if found.after else None)
+    before, after = errors(found.before, found.after)
     return {
         "verdict": found.verdict,
         "confidence_set": list(found.confidence_set),
@@ -221,8 +215,8 @@ def summary(found: Diagnosis) -> dict[str, Any]:
             name: found.probabilities[name] for name in found.confidence_set if name in found.probabilities
         },
         "alarm": found.alarm,
-        "weighted_before": before["weighted"],
-        "weighted_after": after["weighted"] if after else None,
+        "weighted_before": before.weighted,
+        "weighted_after": after.weighted if after else None,
         "case_after": found.case_after,
         "warnings": list(found.warnings),
     }

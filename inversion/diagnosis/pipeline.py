@@ -66,6 +66,7 @@ from birdstrike.inversion.results.diagnosis import (
     NONE,
     SOMETHING_ELSE,
     Diagnosis,
+    ShotStates,
 )
 from birdstrike.inversion.results.diagnosis_text import sentence_of
 
@@ -281,14 +282,13 @@ class Pipeline:
         chosen: str | None,
         runs: Mapping[str, SolverRun],
         held: Mapping[str, list[Held]],
-    ) -> dict[str, Any]:
+    ) -> ShotStates:
         """Before and after in one shot; held: of all shots, by model."""
         own = _of_shot(runs, shot.name)
         parts = {label: [part for part in found if part.shot == shot.name] for label, found in held.items()}
         before = state(ranking, NONE, shot, parts[NONE], own.get("before"))
         after = state(ranking, chosen, shot, parts[chosen], own.get("after")) if chosen else None
-        case = shot.setup.plan.case.name
-        return {"name": shot.name, "case": case, "before": vars(before), "after": vars(after) if after else None}
+        return ShotStates(shot.name, shot.setup.plan.case.name, before, after)
 
     def _baseline_figures(self, ranking: Ranking, detectable: Mapping[str, float | None]) -> dict[str, Any] | None:
         """What the baselines told, and by how much smaller they make what can be detected."""

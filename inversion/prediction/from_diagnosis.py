@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import read_json
 from birdstrike.data.histories import Array
 from birdstrike.data.tree import load_tree
 from birdstrike.inversion.diagnosis.diagnose import curve_files
@@ -19,7 +18,7 @@ from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
-from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
+from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis
 from birdstrike.solver.case.case import load_case
 
 Tree = Mapping[str, Any]
@@ -27,7 +26,7 @@ Tree = Mapping[str, Any]
 
 def read_diagnosis(folder: Path) -> Learnt:
     """What a diagnosis' folder tells; raises UserError for one that is incomplete or of an earlier version."""
-    content = read_json(folder / "diagnosis.json")
+    found = Diagnosis.read(folder / "diagnosis.json")
     missing = [name for name in (FILE, "case.toml") if not (folder / name).is_file()]
     model = {} if missing else load_tree(folder / FILE)
     if missing or "posterior" not in model or "contacts" not in model:
@@ -36,25 +35,24 @@ def read_diagnosis(folder: Path) -> Learnt:
             "moved); repeat the diagnose command with the same --out, whose simulations are stored"
         )
     case, shape = load_case(folder / "case.toml"), model["discrepancy"]
-    shots = tuple(_shots(folder, content, model))
+    shots = tuple(_shots(folder, found, model))
     explanations = tuple(_explanation(one, model, shape) for one in model["posterior"])
     counts = len(explanations[0].parameters)
     number = sum(one.probability > 0.0 for one in explanations)
     likely = f"{number} models" if number > 1 else "the only model"
     other = [one for one in explanations if one.label == SOMETHING_ELSE]
-    warnings = list(content.get("warnings", ()))
+    warnings = list(found.warnings)
     if other and other[0].probability > 0.05:
         warnings.append(
             f"the diagnosis gives something outside its library a probability of {other[0].probability:.2f}: in those "
             "draws the model is predicted without an effect, and what it left of the record is carried as model error"
         )
     if bare := [one["label"] for one in model["posterior"] if "residuals" not in one]:
-        warnings.append(_borrowed(folder, bare, (content.get("after") or {}).get("model", "")))
+        warnings.append(_borrowed(folder, bare, _chosen(found)))
     said = (
         f"{likely} of the diagnosis' 95 % set by probability, {counts} draws of each from its posterior (joint in "
         "parameters and magnitudes)",
     )
-    proposal = content.get("next_measurement") or {}
     return Learnt(
         "diagnose",
         folder,
@@ -64,7 +62,7 @@ def read_diagnosis(folder: Path) -> Learnt:
         corrected=case.solver.name != "external",
         diagnosed=True,
         said=said,
-        next_measurement=str(proposal.get("sentence", "")),
+        next_measurement=found.next_measurement["sentence"] if found.next_measurement else "",
         warnings=tuple(warnings),
     )
 
@@ -106,10 +104,15 @@ def _borrowed(folder: Path, labels: list[str], chosen: str) -> str:
     )
 
 
-def _shots(folder: Path, content: Tree, model: Tree) -> list[LearntShot]:
+def _chosen(found: Diagnosis) -> str:
+    """The effect whose fit has a curve of its own; empty where none has."""
+    return found.after.model if found.after else ""
+
+
+def _shots(folder: Path, diagnosis: Diagnosis, model: Tree) -> list[LearntShot]:
     """The measured shots with their residuals."""
     found, names = [], [one["name"] for one in model["shots"]]
-    chosen = (content.get("after") or {}).get("model", "")
+    chosen = _chosen(diagnosis)
     files, conditions, contacts = curve_files(names), model["conditions"], model["contacts"]
     for i, (name, file, where, contact) in enumerate(zip(names, files, conditions, contacts, strict=True)):
         if not (folder / file).is_file():

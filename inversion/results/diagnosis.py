@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import partial
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes
+from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
 from birdstrike.inversion.formatting import label_parts
 from birdstrike.solver.case.case import Case
@@ -91,25 +92,51 @@ class State:
     rmse_less_baseline: Mapping[str, float] | None = None
 
 
-Errors = Mapping[str, Any]
+@dataclass(frozen=True)
+class Errors:
+    """Of one state, as in `State`."""
+
+    rmse: Mapping[str, float]
+    weighted: float
+    raw: float
+    rmse_less_baseline: Mapping[str, float] | None
 
 
-def errors(before: Mapping[str, Any], after: Mapping[str, Any] | None) -> tuple[Errors, Errors | None]:
-    """Errors of two states (as in diagnosis.json), like with like: the solver's where it was run for both, else the
-    fits'. Less the baseline's they are those of the fits, on the mesh on which the baseline was calibrated.
+def errors(before: State, after: State | None) -> tuple[Errors, Errors | None]:
+    """Errors of two states, like with like: the solver's where it was run for both, else the fits'.
+
+    Less the baseline's they are those of the fits, on the mesh on which the baseline was calibrated.
     """
-    states = [before] if after is None else [before, after]
-    ran = all(one["solver"] for one in states)
-    found = [
-        {**one, **(one["solver"] if ran else {}), "rmse_less_baseline": one.get("rmse_less_baseline")} for one in states
-    ]
-    return found[0], found[1] if after is not None else None
+    ran = all(one.solver for one in (before, after) if one is not None)
+
+    def of(one: State) -> Errors:
+        source = one.solver if ran and one.solver else vars(one)
+        return Errors(source["rmse"], source["weighted"], source["raw"], one.rmse_less_baseline)
+
+    return of(before), of(after) if after is not None else None
 
 
-def shot_with(shots: Sequence[Mapping[str, Any]], model: str) -> Mapping[str, Any]:
-    """The first of the shots of diagnosis.json in which a model's effect acts; model: "" or `none` act in all."""
-    alone = label_parts(model)[2]
-    return next(one for one in shots if alone in ("", one["name"]))
+@dataclass(frozen=True)
+class ShotStates:
+    """One shot: name, name of its case, the model before and after in it."""
+
+    name: str
+    case: str
+    before: State
+    after: State | None
+
+    @classmethod
+    def of(cls, entry: Mapping[str, Any]) -> ShotStates:
+        """From an entry of diagnosis.json."""
+        return cls(entry["name"], entry["case"], State(**entry["before"]), _after(entry))
+
+    def figures(self) -> dict[str, Any]:
+        """For JSON."""
+        return {**vars(self), "before": vars(self.before), "after": vars(self.after) if self.after else None}
+
+
+def _after(entry: Mapping[str, Any]) -> State | None:
+    return State(**entry["after"]) if entry["after"] else None
 
 
 @dataclass(frozen=True, repr=False)
@@ -140,7 +167,7 @@ class Diagnosis(Displayed):
     discrepancy: Mapping[str, Any]
     nuisance: Mapping[str, Any]
     baseline: Mapping[str, Any] | None
-    shots: tuple[Mapping[str, Any], ...]
+    shots: tuple[ShotStates, ...]
     held_out: Mapping[str, Mapping[str, float | None]]
     case_after: str | None
     strikes: Mapping[str, Any]
@@ -167,6 +194,7 @@ class Diagnosis(Displayed):
             "effects": [one.figures() for one in self.effects],
             "before": dict(vars(self.before)),
             "after": dict(vars(self.after)) if self.after else None,
+            "shots": [one.figures() for one in self.shots],
         }
 
     def save(self, path: Path) -> None:
@@ -175,13 +203,39 @@ class Diagnosis(Displayed):
 
     @classmethod
     def read(cls, path: Path) -> Diagnosis:
-        """From diagnosis.json, without what has files of its own: curves, case and model.npz."""
-        content = json.loads(path.read_text(encoding="utf-8"))
-        own = {one.name: content[one.name] for one in fields(cls) if one.name in content}
-        own["effects"] = tuple(EffectFigures(**one) for one in content["effects"])
-        own["before"] = State(**content["before"])
-        own["after"] = State(**content["after"]) if content["after"] else None
-        return cls(**own)
+        """From diagnosis.json, without what has files of its own: curves, case and model.npz.
+
+        Raises UserError for a file that is missing, damaged or of another version.
+        """
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+            own = {one.name: content[one.name] for one in fields(cls) if one.name in content}
+            own |= {name: tuple(content[name]) for name in ("confidence_set", "pairs", "warnings")}
+            own["effects"] = tuple(EffectFigures(**one) for one in content["effects"])
+            own["before"], own["after"] = State(**content["before"]), _after(content)
+            own["shots"] = tuple(ShotStates.of(one) for one in content["shots"])
+            return cls(**own)
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise UserError(
+                f"{path} is missing, damaged or of another version; repeat birdstrike diagnose with the same --out, "
+                "whose simulations are stored"
+            ) from error
+
+    @property
+    def shown_shot(self) -> ShotStates:
+        """The first shot in which the effect of `after` acts: one of a single shot acts in no other."""
+        alone = label_parts(self.after.model if self.after else "")[2]
+        return next(one for one in self.shots if alone in ("", one.name))
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of every sensor."""
+        return {name: one["unit"] for name, one in self.noise["sensors"].items()}
+
+    @property
+    def conclusion(self) -> str:
+        """The verdict in words and the sentence, as files and pages give them."""
+        return f"{HEADS[self.verdict]}. {self.sentence}."
 
     @property
     def headline(self) -> str:
@@ -229,8 +283,3 @@ class Diagnosis(Displayed):
         curves = next(iter(self.curves.values()), {})
         channels = [partial(self.plot, name) for name in list(curves)[:1]]
         return (lambda axes: self.plot(axes=axes), *channels)
-
-
-def headline(verdict: str, sentence: str) -> str:
-    """The verdict in words and the sentence, as files and pages give them."""
-    return f"{HEADS[verdict]}. {sentence}."

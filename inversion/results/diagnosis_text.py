@@ -20,7 +20,6 @@ from birdstrike.inversion.results.diagnosis import (
     Diagnosis,
     EffectFigures,
     errors,
-    shot_with,
 )
 from birdstrike.solver.case.effects import SHOWN, shown
 
@@ -64,18 +63,16 @@ def sentence_of(found: Diagnosis) -> str:
     return f"{real} (p = {found.alarm:.2g}); the record does not decide between {listed}{more}"
 
 
-def next_step(verdict: str, likeliest: str, proposal: str | None, baseline: bool) -> str:
-    """What to do after a diagnosis, by its verdict.
-
-    likeliest: name of the likeliest effect; proposal: sentence of the proposed measurement, if there is one; baseline:
-    whether one was given.
-    """
+def next_step(found: Diagnosis) -> str:
+    """What to do after a diagnosis, by its verdict."""
+    verdict, baseline = found.verdict, found.baseline is not None
     if verdict == NO_RESIDUAL and not baseline:
         return f"if an effect is suspected, {BASELINE_SHOT}"
-    if proposal:
-        return proposal
+    if found.next_measurement:
+        return str(found.next_measurement["sentence"])
     if verdict == ATTRIBUTED:
-        return f"check at the rig: {in_words(likeliest)}; repeat with another --seed where much depends on the answer"
+        likeliest = in_words(found.effects[0].name)
+        return f"check at the rig: {likeliest}; repeat with another --seed where much depends on the answer"
     if verdict == UNEXPLAINED:
         own = "look for what the case does not describe, or define an effect of your own (documentation: Diagnosis)"
         return own if baseline else f"{BASELINE_SHOT}; then {own}"
@@ -170,16 +167,17 @@ def _errors(found: Diagnosis) -> str:
     """
     if found.after is None:
         return ""
-    shot = shot_with(found.shots, found.after.model)
-    before, after = errors(shot["before"], shot["after"])
-    assert after is not None, "every shot has a state after where the first has one"
-    first, where = next(iter(before["rmse"])), f" in shot {shot['name']}" if len(found.shots) > 1 else ""
-    beside = before["rmse_less_baseline"]
-    key, words = ("rmse_less_baseline", ", less what the baseline shows,") if beside else ("rmse", "")
-    unit = found.noise["sensors"][first]["unit"]
-    (old, shown_unit), (new, _) = (display(one[key][first], unit) for one in (before, after))
+    shot = found.shown_shot
+    assert shot.after is not None, "every shot has a state after where the first has one"
+    before, after = errors(shot.before, shot.after)
+    assert after is not None
+    first, where = next(iter(before.rmse)), f" in shot {shot.name}" if len(found.shots) > 1 else ""
+    words = ", less what the baseline shows," if before.rmse_less_baseline else ""
+    (old, shown_unit), (new, _) = (
+        display((one.rmse_less_baseline or one.rmse)[first], found.units[first]) for one in (before, after)
+    )
     changes = "falls" if new < old else "rises"
-    ratios = (shot["before"]["weighted"], shot["after"]["weighted"])
+    ratios = (shot.before.weighted, shot.after.weighted)
     return (
         f"; the error at {first.replace('_', ' ')}{where}{words} {changes} from {rounded(old, 3)} to {rounded(new, 3)} "
         f"{shown_unit}, the misfit of all sensors' fits over noise and model error goes from {ratios[0]:.2g} to "

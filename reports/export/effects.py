@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.unit_systems import UnitSystem
 from birdstrike.inversion.diagnosis.diagnose import case_files
 from birdstrike.inversion.formatting import label_parts
+from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.reports.export import lsdyna_materials, radioss_materials
 from birdstrike.reports.export.cards import cards_of
 from birdstrike.reports.export.fixed_columns import card, columns, comments
@@ -58,38 +58,24 @@ def read_effects(folder: Path, case: str | Path | None = None) -> FoundEffects |
     path = next((p for p in (folder / "diagnosis.json", folder / "diagnosis" / "diagnosis.json") if p.is_file()), None)
     if path is None:
         return None
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        listed, named = content["effects"], set(_named(content["confidence_set"]))
-    except (ValueError, KeyError) as error:
-        raise UserError(f"{path} is damaged or of another version; repeat birdstrike diagnose") from error
-    declared = load_case(_declared(path, case))
-    shots = [one["name"] for one in content.get("shots") or ()]
-    known, found = effects(), []
-    for entry in listed:
-        name = label_parts(entry["name"])[0]
-        if name not in known or entry["magnitude"] in (None, 0.0):
+    diagnosis = Diagnosis.read(path)
+    named = {name for member in diagnosis.confidence_set for name in member.split("+")}
+    declared, shots = load_case(_declared(path, case)), [one.name for one in diagnosis.shots]
+    known, found = effects(), list[FoundEffect]()
+    for one in diagnosis.effects:
+        name, _, shot = label_parts(one.name)
+        if name not in known or not one.magnitude or (one.name not in named and one.probability < LEAST):
             continue
-        if entry["name"] in named or entry["probability"] >= LEAST:
-            limits = entry["interval_95"]
-            interval = None if limits is None else (float(limits[0]), float(limits[1]))
-            about = (name, entry["name"], float(entry["magnitude"]), interval, float(entry["probability"]))
-            shot = label_parts(entry["name"])[2]
-            own = declared if case or not shot else load_case(_case_of_shot(path.parent, shots, shot))
-            changed = _changed(own, _acting(entry["name"]), float(entry["magnitude"]))
-            found.append(FoundEffect(*about, changed))
-    return FoundEffects(content["verdict"], content.get("sentence", ""), tuple(found))
+        own = declared if case or not shot else load_case(_case_of_shot(path.parent, shots, shot))
+        changed = _changed(own, _acting(one.name), one.magnitude)
+        found.append(FoundEffect(name, one.name, one.magnitude, one.interval_95, one.probability, changed))
+    return FoundEffects(diagnosis.verdict, diagnosis.sentence, tuple(found))
 
 
 def _acting(label: str) -> str:
     """An effect's name in a case: with its set of nodes; a fault of one sensor, which has no card, as that of all."""
     name, place, _ = label_parts(label)
     return f"{name}.{place}" if place and effects()[name].alone is not None else name
-
-
-def _named(confidence_set: list[str]) -> Iterator[str]:
-    for member in confidence_set:
-        yield from member.split("+")
 
 
 def _declared(path: Path, given: str | Path | None) -> str | Path:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.estimation.verification import error_words
 from birdstrike.inversion.formatting import flight, quantity, span
 from birdstrike.inversion.models.results import COMPARISON, read_comparison
+from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.estimates import Answer, Estimate
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.bird.materials.interface import BirdMaterial
@@ -146,12 +146,8 @@ def _of_diagnosis(path: Path, case: str | Path | None) -> Export:
     if case is None and not beside.is_file():
         raise UserError(f"{path.parent} does not hold the declared case; name it: --case CASE.toml")
     declared = load_case(case or beside)
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        fitted = content["after"] or content["before"]
-        estimates = {key: _estimate(one) for key, one in fitted["parameters"].items()}
-    except (ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{path} is damaged or of another version; repeat birdstrike diagnose") from error
+    found = Diagnosis.read(path)
+    estimates = {key: _estimate(one) for key, one in (found.after or found.before).parameters.items()}
     point = {key: one.value for key, one in estimates.items() if one.value is not None}
     bird = declared.with_values(point).bird
     ranges = {parameter.name: (parameter.low, parameter.high) for parameter in declared.parameters()}
@@ -159,7 +155,7 @@ def _of_diagnosis(path: Path, case: str | Path | None) -> Export:
         f"{key.removeprefix(MATERIAL)}: {_known(one, one.value, ranges.get(key, (math.nan, math.nan)))}"
         for key, one in estimates.items()
     ]
-    model = "with its likeliest effect" if content["after"] else "without effects"
+    model = "with its likeliest effect" if found.after else "without effects"
     source = (
         f"Fitted by the diagnosis ({path.name}), {model}.",
         f"Case {case_hash(declared)}: {_impact(declared)}.",

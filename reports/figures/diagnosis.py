@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 
 from birdstrike.data.units import display, to_display
 from birdstrike.inversion.formatting import in_words
+from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.reports.figures.style import (
     BLACK,
     BLUE,
@@ -44,17 +45,17 @@ SHARES = (0.05, 60.0)  # % of the peak: axis of the required model error
 
 
 @styled
-def probability_figure(content: Mapping[str, Any]) -> Figure:
+def probability_figure(found: Diagnosis) -> Figure:
     """Left: posterior probabilities, coloured by family. Right: the model error that each model requires."""
-    rows = shown_models(content)
-    family = {one["name"]: one["family"] for one in content["effects"]}
+    rows = shown_models(found)
+    family = {one.name: one.family for one in found.effects}
     figure = Figure(figsize=(WIDE, 0.24 * len(rows) + 1.15), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.25, 1.0])
     for y, name in enumerate(reversed(rows)):
-        own, inside = family.get(name, "pairs"), name in content["confidence_set"]
-        _bar(left, y, content["probabilities"].get(name, 0.0), FAMILIES.get(own, GREY), inside)
-        if name in content["required_discrepancy"]:
-            _required(right, y, content["required_discrepancy"][name], FAMILIES.get(own, GREY), inside)
+        own, inside = family.get(name, "pairs"), name in found.confidence_set
+        _bar(left, y, found.probabilities.get(name, 0.0), FAMILIES.get(own, GREY), inside)
+        if name in found.required_discrepancy:
+            _required(right, y, found.required_discrepancy[name], FAMILIES.get(own, GREY), inside)
     left.set_yticks(range(len(rows)), [in_words(name) for name in reversed(rows)])
     left.set_xlim(0.0, 1.12)
     left.set_xticks(np.linspace(0.0, 1.0, 6))
@@ -66,18 +67,18 @@ def probability_figure(content: Mapping[str, Any]) -> Figure:
     for axes in (left, right):
         axes.grid(axis="y", visible=False)
         axes.tick_params(axis="y", length=0)
-    _family_legend(figure, content["families"], [family.get(name, "pairs") for name in rows])
+    _family_legend(figure, found.families, [family.get(name, "pairs") for name in rows])
     return figure
 
 
-def shown_models(content: Mapping[str, Any]) -> list[str]:
+def shown_models(found: Diagnosis) -> list[str]:
     """The likeliest models, families by their probability and models within them; `none` is always among them."""
-    family = {one["name"]: one["family"] for one in content["effects"]}
-    shares, inside = content["probabilities"], set(content["confidence_set"])
+    family = {one.name: one.family for one in found.effects}
+    shares, inside = found.probabilities, set(found.confidence_set)
     likely = [name for name in shares if name in inside or shares[name] >= TOLD]
-    needs = {name: value for name, value in content["required_discrepancy"].items() if value is not None}
+    needs = {name: value for name, value in found.required_discrepancy.items() if value is not None}
     kept = dict.fromkeys(["none", *likely[: MOST_ROWS - 3], *sorted(needs, key=lambda name: needs[name])[:2]])
-    totals = content["families"]
+    totals = found.families
     return sorted(kept, key=lambda n: (-totals.get(family.get(n, "pairs"), 0.0), -shares.get(n, 0.0)))
 
 

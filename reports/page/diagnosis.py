@@ -38,8 +38,8 @@ def write_diagnosis_page(folder: str | Path) -> Path:
     place = Path(folder)
     results = read_diagnosis(place)
     first = next(iter(results.curves.values()))
-    (place / "before_after.png").write_bytes(png(residual_figure(first, results.units)))
-    (place / "effects.png").write_bytes(png(probability_figure(results.content)))
+    (place / "before_after.png").write_bytes(png(residual_figure(first, results.found.units)))
+    (place / "effects.png").write_bytes(png(probability_figure(results.found)))
     write_atomically(place / "diagnosis.html", page(results))
     return place / "diagnosis.html"
 
@@ -48,7 +48,7 @@ def page(results: DiagnosisResults) -> str:
     """The page as HTML text; nothing in it points outside."""
     made: list[Section] = [make(results) for make in SECTIONS]
     record = ", ".join(results.curves)
-    kind = "simulated, not measured" if results.content["record"]["simulated"] else "measured"
+    kind = "simulated, not measured" if results.found.record["simulated"] else "measured"
     return rendered(
         title=f"Diagnosis of {record}",
         subtitle=f"The record is {kind}; every model curve is simulated by birdstrike.",

@@ -130,7 +130,7 @@ def write_part_page(
         made += [make(inverted) for make in INVERSION_ALONE]
     if parts.diagnosis is not None:
         found = read_diagnosis(parts.diagnosis)
-        findings += (f"Diagnosis: {found.content['sentence']}.",)
+        findings += (f"Diagnosis: {found.found.sentence}.",)
         made += [make(found) for make in DIAGNOSIS_SECTIONS]
     if parts.doe is not None:
         simulated = read_campaign(parts, parts.doe)

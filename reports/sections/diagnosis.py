@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -15,7 +14,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import in_words, plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
-from birdstrike.inversion.results.diagnosis import headline, shot_with
+from birdstrike.inversion.results.diagnosis import Diagnosis, EffectFigures, ShotStates
 from birdstrike.inversion.results.diagnosis_text import beyond, next_step
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.diagnosis import curves_figure, probability_figure, residual_figure
@@ -27,20 +26,10 @@ MOST_ROWS, MOST_WARNINGS, MOST_PAIRS = 12, 5, 5
 
 @dataclass(frozen=True)
 class DiagnosisResults:
-    """Content of diagnosis.json, and the tables of the curves, by shot."""
+    """What a diagnosis found, and the tables of the curves, by shot."""
 
-    content: Mapping[str, Any]
+    found: Diagnosis
     curves: Mapping[str, pd.DataFrame]
-
-    @property
-    def units(self) -> dict[str, str]:
-        """SI unit of every channel."""
-        return {name: entry["unit"] for name, entry in self.content["noise"]["sensors"].items()}
-
-    @property
-    def verdict(self) -> str:
-        """The verdict and its sentence."""
-        return headline(self.content["verdict"], self.content["sentence"])
 
 
 def read_diagnosis(folder: Path) -> DiagnosisResults:
@@ -50,24 +39,16 @@ def read_diagnosis(folder: Path) -> DiagnosisResults:
         raise UserError(
             f"no diagnosis in {folder}; make it with: birdstrike diagnose CASE --measured CSV --out {folder}"
         )
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise UserError(f"{path} is damaged; repeat birdstrike diagnose") from error
-    shots = content["record"].get("shots")
-    if shots is None:
-        raise UserError(f"{path} is of an earlier version; repeat birdstrike diagnose with another --out")
+    found = Diagnosis.read(path)
+    shots = [one.name for one in found.shots]
     files = dict(zip(shots, curve_files(shots), strict=True))
-    return DiagnosisResults(content, {name: pd.read_csv(folder / file) for name, file in files.items()})
+    return DiagnosisResults(found, {name: pd.read_csv(folder / file) for name, file in files.items()})
 
 
 def verdict_section(results: DiagnosisResults) -> Section:
     """What is missing, what to do, probabilities with what each model requires, residuals, warnings."""
-    content = results.content
-    proposal = content["next_measurement"]["sentence"] if content["next_measurement"] else None
-    likeliest = content["effects"][0]["name"]
-    step = next_step(content["verdict"], likeliest, proposal, content["baseline"] is not None)
-    blocks: list[Block] = [Paragraph(results.verdict), Paragraph(f"What to do: {step}.")]
+    found = results.found
+    blocks: list[Block] = [Paragraph(found.conclusion), Paragraph(f"What to do: {next_step(found)}.")]
     likely = (
         "Left: how likely each model is, by family; full colour: the 95 % set. The sentence counts an effect alone and "
         "in pairs. Beforehand it is as likely as not that nothing is missing, and the other half is shared equally "
@@ -75,37 +56,37 @@ def verdict_section(results: DiagnosisResults) -> Section:
         "smallest error of the simulation, as a share of the signal's peak, with which the model agrees with the "
         "record; a model that needs more than a sound simulation errs by (1 to 3 %) is not believable."
     )
-    blocks.append(drawing("probabilities", probability_figure(content), likely))
+    blocks.append(drawing("probabilities", probability_figure(found), likely))
     left = (
-        f"What the calibrated model{', before and after the likeliest effect is added,' if content['after'] else ''} "
-        f"leaves of the record{', less what it leaves of the baseline' if content['baseline'] else ''}. A residual "
+        f"What the calibrated model{', before and after the likeliest effect is added,' if found.after else ''} "
+        f"leaves of the record{', less what it leaves of the baseline' if found.baseline else ''}. A residual "
         "inside the blue band is what noise, mesh and the usual error of a simulation make. The alarm weighs all "
         "shots, sensors and instants together: it may be raised where every curve lies inside its band."
     )
-    shot = shot_with(content["shots"], (content["after"] or {}).get("model", ""))["name"]
-    left += f" Shot {shot}." if len(content["shots"]) > 1 else ""
-    blocks.append(drawing("residuals", residual_figure(results.curves[shot], results.units), left))
-    if content["warnings"]:
-        blocks.append(Warnings(tuple(content["warnings"][:MOST_WARNINGS])))
-        if (more := len(content["warnings"]) - MOST_WARNINGS) > 0:
+    shot = found.shown_shot.name
+    left += f" Shot {shot}." if len(found.shots) > 1 else ""
+    blocks.append(drawing("residuals", residual_figure(results.curves[shot], found.units), left))
+    if found.warnings:
+        blocks.append(Warnings(tuple(found.warnings[:MOST_WARNINGS])))
+        if (more := len(found.warnings) - MOST_WARNINGS) > 0:
             blocks.append(Paragraph(f"Further warnings: {more}, under `warnings` in diagnosis.json."))
     return Section("diagnosis", "Diagnosis: what the model lacks", tuple(blocks))
 
 
 def errors_section(results: DiagnosisResults) -> Section:
     """Errors before and after by shot and sensor, held out, and the parameters with the bias that was caused."""
-    content, units = results.content, results.units
+    found, units = results.found, results.found.units
     blocks: list[Block] = []
-    for shot in content["shots"]:
-        name = f"Shot {shot['name']} of case {shot['case']}"
-        states = " before and after the effect is added" if shot["after"] else ""
-        plain_error = "; what the model leaves of the baseline is not subtracted" if content["baseline"] else ""
+    for shot in found.shots:
+        name = f"Shot {shot.name} of case {shot.case}"
+        states = " before and after the effect is added" if shot.after else ""
+        plain_error = "; what the model leaves of the baseline is not subtracted" if found.baseline else ""
         words = f"{name}: the record and the calibrated model{states}{plain_error}."
-        blocks.append(drawing(f"curves-{shot['name']}", curves_figure(results.curves[shot["name"]], units), words))
+        blocks.append(drawing(f"curves-{shot.name}", curves_figure(results.curves[shot.name], units), words))
         blocks.append(_errors(shot, units))
     held = tuple(
         (name.replace("_", " "), two(one["before"]), two(one["after"]), gained(one.get("gain")))
-        for name, one in content["held_out"].items()
+        for name, one in found.held_out.items()
     )
     if held:
         words = (
@@ -114,29 +95,29 @@ def errors_section(results: DiagnosisResults) -> Section:
             "in log density a point, in which both count; above 0 the effect predicts better."
         )
         blocks.append(Table(("held out", "before", "after", "gain"), held, words, frozenset({1, 2, 3})))
-    blocks.append(_parameters(content))
+    blocks.append(_parameters(found))
     return Section("errors", "Diagnosis: error and parameters before and after", tuple(blocks))
 
 
-def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
+def _errors(shot: ShotStates, units: Mapping[str, str]) -> Table:
     """RMS errors of one shot, of the fits and of the solver."""
     rows = []
-    named = ("before", "after") if shot["after"] else ("before",)
-    states = [shot[name] for name in named]
-    runs = [one["solver"] for one in states]
+    named = ("before", "after") if shot.after else ("before",)
+    found = [shot.before, *([shot.after] if shot.after else [])]
+    states, runs = [vars(one) for one in found], [one.solver for one in found]
     for key, words in (("rmse", ""), ("rmse_less_baseline", ", less the baseline's")):
-        for name in shot["before"].get(key) or {}:
+        for name in states[0][key] or {}:
             cells = (with_unit(one[key][name], units[name]) if one and one[key] else "–" for one in (*states, *runs))
             rows.append((f"{name.replace('_', ' ')}{words}", *cells))
     for key, words in (("raw", "all, over the noise"), ("weighted", "all, over all errors")):
-        rows.append((words, *(two(one[key]) for one in states), *(two(one and one[key]) for one in runs)))
+        rows.append((words, *(two(one[key]) for one in states), *(two(one[key] if one else None) for one in runs)))
     head = ("sensor", *(f"{name}, emulator" for name in named), *(f"{name}, solver" for name in named))
     words = (
-        f"RMS error in shot {shot['name']}. Emulator: at the fit, on the fine mesh (of shells from a file: with the "
+        f"RMS error in shot {shot.name}. Emulator: at the fit, on the fine mesh (of shells from a file: with the "
         "fine bird alone). Solver: one simulation of the declared case at the fit; the difference is the error of the "
         "declared mesh."
     )
-    if shot["before"].get("rmse_less_baseline"):
+    if shot.before.rmse_less_baseline:
         words += (
             " Less the baseline's: without the part that the baselines' residuals explain, which is the model's error "
             "on this rig and no missing effect; the baseline was calibrated on the emulator's mesh."
@@ -144,9 +125,9 @@ def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
     return Table(head, tuple(rows), words, frozenset(range(1, len(head))))
 
 
-def _parameters(content: Mapping[str, Any]) -> Table:
+def _parameters(found: Diagnosis) -> Table:
     """Calibrated parameters before and after; their difference is the bias."""
-    before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
+    before, after = found.before.parameters, found.after.parameters if found.after else {}
     if not after:
         rows = tuple((plain(name, before), _interval(entry)) for name, entry in before.items())
         return Table(("parameter", "calibrated"), rows, "Calibrated parameters with 95 % intervals.")
@@ -168,12 +149,12 @@ def _parameters(content: Mapping[str, Any]) -> Table:
 
 def effects_section(results: DiagnosisResults) -> Section:
     """Every effect: probability, magnitude, required model error, what could have been detected."""
-    content = results.content
+    found = results.found
     head = ("effect", "probability", "magnitude (95 %)", "model error needed", "least detectable", "most alike")
-    listed = content["effects"][:MOST_ROWS]
-    rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in listed)
+    listed = found.effects[:MOST_ROWS]
+    rows = tuple(_row(one, found.minimum_detectable.get(one.name)) for one in listed)
     words = (
-        f"The {len(rows)} likeliest of {len(content['effects'])}; a probability is that of an effect alone and in "
+        f"The {len(rows)} likeliest of {len(found.effects)}; a probability is that of an effect alone and in "
         "pairs. Least detectable: the magnitude that a shot like this shows four times of five, at a false-alarm rate "
         "of 5 %. Most alike: cosine between the changes of the record, once the parameters have taken their "
         "part; at 1 no record of these sensors separates the two."
@@ -181,12 +162,12 @@ def effects_section(results: DiagnosisResults) -> Section:
     blocks: list[Block] = [Table(head, rows, words, frozenset({1, 3, 4}))]
     pairs = [
         f"{' and '.join(in_words(name) for name in p['effects'])} (probability {p['probability']:.2f})"
-        for p in content["pairs"]
+        for p in found.pairs
     ]
     if pairs:
         blocks.append(Paragraph(f"Pairs of effects in the 95 % set: {'; '.join(pairs[:MOST_PAIRS])}."))
-    if content["next_measurement"] and len(content["next_measurement"]["candidates"]) > 1:
-        blocks.append(_candidates(content["next_measurement"]))
+    if found.next_measurement and len(found.next_measurement["candidates"]) > 1:
+        blocks.append(_candidates(found.next_measurement))
     return Section("effects", "Diagnosis: every effect considered, and what to measure next", tuple(blocks))
 
 
@@ -202,7 +183,7 @@ def _candidates(proposal: Mapping[str, Any]) -> Table:
 
 def basis_section(results: DiagnosisResults) -> Section:
     """Noise, discrepancy and its source, baselines, simulations, effects that the case cannot carry."""
-    content, units = results.content, results.units
+    found, units = results.found, results.found.units
     noise = tuple(
         (
             name.replace("_", " "),
@@ -210,38 +191,38 @@ def basis_section(results: DiagnosisResults) -> Section:
             entry["source"],
             str(entry["points"]),
             f"{100 * entry['numerical_share']:.0f} %",
-            _late(content, name),
+            _late(found, name),
         )
-        for name, entry in content["noise"]["sensors"].items()
+        for name, entry in found.noise["sensors"].items()
     )
     words = (
         "Noise of the record; share of emulator and mesh in the whole error; and the time from which on the curve "
         "carries no information, because the model error has grown threefold."
     )
     head = ("sensor", "noise", "source", "points", "numerical share", "uninformative from")
-    blocks: list[Block] = [Table(head, noise, words), Paragraph(_model_error(content))]
-    if content["baseline"]:
-        blocks.append(Paragraph(_baseline(content["baseline"], units)))
-    runs = content["strikes"]
+    blocks: list[Block] = [Table(head, noise, words), Paragraph(_model_error(found))]
+    if found.baseline:
+        blocks.append(Paragraph(_baseline(found.baseline, units)))
+    runs = found.strikes
     near = f" {runs_near_the_fits(runs['refinement']).capitalize()}." if runs.get("refinement") else ""
     blocks.append(Paragraph(f"Simulations: {runs['paid']} run, {runs['reused']} found stored.{near}"))
-    if content.get("left_out"):
-        moved = ", ".join(f"{in_words(name)} ({100 * share:.0f} %)" for name, share in content["left_out"].items())
+    if found.left_out:
+        moved = ", ".join(f"{in_words(name)} ({100 * share:.0f} %)" for name, share in found.left_out.items())
         blocks.append(
             Paragraph(
                 f"Measured, but not used: {moved}. By so much of its peak a simulation changes where only the lattice "
                 "of the bird's particles is another; whether these sensors are at fault, the record does not say."
             )
         )
-    if content["refused"]:
-        reasons = "; ".join(f"{in_words(name)}: {reason}" for name, reason in content["refused"].items())
+    if found.refused:
+        reasons = "; ".join(f"{in_words(name)}: {reason}" for name, reason in found.refused.items())
         blocks.append(Paragraph(f"Effects that this case cannot carry: {reasons}."))
     return Section("basis", "Diagnosis: what the answer rests on", tuple(blocks))
 
 
-def _model_error(content: Mapping[str, Any]) -> str:
+def _model_error(found: Diagnosis) -> str:
     """Source and size of the model error."""
-    discrepancy = content["discrepancy"]
+    discrepancy = found.discrepancy
     shares = ", ".join(
         f"{100 * share:.2g} % of the peak ({kind.replace('_', ' ')})"
         for kind, share in discrepancy["amplitude"].items()
@@ -284,9 +265,9 @@ def _bird(base: Mapping[str, Any]) -> str:
     return f" {assumed}. By the records alone, with the models averaged: {shares}{verdict}."
 
 
-def _late(content: Mapping[str, Any], name: str) -> str:
+def _late(found: Diagnosis, name: str) -> str:
     """From when on a channel carries no information."""
-    time = content["discrepancy"]["growth"].get(name, {}).get("uninformative_from")
+    time = found.discrepancy["growth"].get(name, {}).get("uninformative_from")
     return "–" if time is None else f"{1e3 * time:.2g} ms"
 
 
@@ -306,27 +287,27 @@ def _interval(entry: Mapping[str, Any]) -> str:
     return f"{with_unit(entry['value'], entry['unit'])} ({low} to {high}){note}"
 
 
-def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
+def _row(one: EffectFigures, least: float | None) -> tuple[str, ...]:
     """One model's figures."""
-    share = one["required_discrepancy"]
-    alike = "; ".join(f"{in_words(name)} {cosine:+.2f}" for name, cosine in list(one["twins"].items())[:2])
-    probability = f"{one['probability']:.3f}" if one["probability"] >= 0.001 else "< 0.001"
+    share = one.required_discrepancy
+    alike = "; ".join(f"{in_words(name)} {cosine:+.2f}" for name, cosine in list(one.twins.items())[:2])
+    probability = f"{one.probability:.3f}" if one.probability >= 0.001 else "< 0.001"
     return (
-        in_words(one["name"]),
+        in_words(one.name),
         probability,
         magnitude(one),
         "–" if share is None else f"{100 * share:.2g} %",
-        "–" if least is None else shown(least, one["unit"]).lstrip("+"),
+        "–" if least is None else shown(least, one.unit).lstrip("+"),
         alike or "–",
     )
 
 
-def magnitude(one: Mapping[str, Any]) -> str:
+def magnitude(one: EffectFigures) -> str:
     """ "+0.2 mm (+0.1 to +0.3)"."""
-    if one["magnitude"] is None:
+    if one.magnitude is None or one.interval_95 is None:
         return "–"
-    if one["at_bound"]:
-        return beyond(one["magnitude"], one["interval_95"], partial(shown, unit=one["unit"]))
-    low, high = (shown(x, one["unit"]) for x in one["interval_95"])
-    unit = SHOWN.get(one["unit"]) or one["unit"]
-    return f"{shown(one['magnitude'], one['unit'])} ({low.removesuffix(unit).strip()} to {high})"
+    if one.at_bound:
+        return beyond(one.magnitude, one.interval_95, partial(shown, unit=one.unit))
+    low, high = (shown(x, one.unit) for x in one.interval_95)
+    unit = SHOWN.get(one.unit) or one.unit
+    return f"{shown(one.magnitude, one.unit)} ({low.removesuffix(unit).strip()} to {high})"

@@ -12,8 +12,10 @@ from birdstrike.data.curves import read_measured
 from birdstrike.data.paths import resolve_measured
 from birdstrike.inversion.diagnosis.diagnose import read_records
 from birdstrike.inversion.diagnosis.plan import meshes
+from birdstrike.inversion.results.diagnosis import ShotStates
 from birdstrike.loop import answer_of, stated_truth
 from birdstrike.solver.case.case import case_hash, load_case
+from tests.diagnoses import diagnosis, effect, state
 
 SHOT, BASELINE = "openradioss_speed96", "openradioss_clean1"
 
@@ -56,43 +58,27 @@ def test_the_diagnosis_s_fine_mesh_is_finer_than_the_records_bird() -> None:
 
 
 def test_the_loop_ends_with_effect_probability_magnitude_and_errors() -> None:
-    one = {
-        "name": "impact_speed",
-        "family": "impact",
-        "meaning": "a bird faster or slower than measured",
-        "probability": 0.97,
-        "prior": 0.02,
-        "magnitude": 5.0,
-        "unit": "m/s",
-        "interval_95": [4.5, 5.5],
-        "at_bound": False,
-        "p_consistent": 1.0,
-        "log_evidence": 80.0,
-        "required_discrepancy": 0.01,
-        "twins": {},
-        "absorbed": 0.4,
-        "bias": {},
-        "plausible_size": 1.8,
-        "confirmed": True,
-    }
-    diagnosed = {
-        "verdict": "attributed",
-        "confidence_set": ["impact_speed"],
-        "sentence": "The model lacks speed",
-        "effects": [one],
-        "before": {},
-        "after": {"model": "impact_speed@fast"},
-        "shots": [
-            {"name": "slow", "before": {}, "after": {}},
-            {
-                "name": "fast",
-                "before": {"rmse": {"displacement_centre": 9e-4}, "solver": {"rmse": {"displacement_centre": 8e-4}}},
-                "after": {"rmse": {"displacement_centre": 2e-4}, "solver": None},
-            },
-        ],
-        "noise": {"sensors": {"displacement_centre": {"unit": "m"}}},
-    }
-    lines = list(diagnosis_lines(answer_of(diagnosed)))
+    one = effect(
+        "impact_speed",
+        5.0,
+        meaning="a bird faster or slower than measured",
+        unit="m/s",
+        interval_95=(4.5, 5.5),
+        probability=0.97,
+    )
+    before = state(
+        rmse={"displacement_centre": 9e-4},
+        solver={"rmse": {"displacement_centre": 8e-4}, "weighted": 1.0, "raw": 1.0},
+    )
+    after = state("impact_speed@fast", rmse={"displacement_centre": 2e-4})
+    found = diagnosis(
+        one,
+        sentence="The model lacks speed",
+        after=after,
+        shots=(ShotStates("slow", "", state(), after), ShotStates("fast", "", before, after)),
+        noise={"sensors": {"displacement_centre": {"unit": "m"}}},
+    )
+    lines = list(diagnosis_lines(answer_of(found)))
     assert lines[0] == "Diagnosis: The model lacks speed."
     assert "impact_speed" in lines[1]
     assert "probability 0.97" in lines[1]

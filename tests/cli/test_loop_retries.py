@@ -16,6 +16,7 @@ from birdstrike.effects import Effect, effects, register, unregister
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.sensors.registry import SENSORS
 from tests.cli.test_close_the_loop import RUNS, Solver, campaign_only, close, ledger, record, solver
+from tests.diagnoses import effect, written_diagnosis
 from tests.script import ROOT
 
 __all__ = ["campaign_only", "record", "solver"]
@@ -38,8 +39,7 @@ def diagnoses(monkeypatch: pytest.MonkeyPatch, campaign_only: None) -> list[str]
     def diagnose(case: object, measured: object, out: Path, *_: object, **__: object) -> None:  # noqa: ARG001
         made.append(",".join(effects()))
         out.mkdir(parents=True, exist_ok=True)
-        content = {"verdict": "unexplained", "confidence_set": [], "sentence": "No effect fits."}
-        (out / "diagnosis.json").write_text(json.dumps(content))
+        written_diagnosis(out, effect("impact_speed"), verdict="unexplained", sentence="No effect fits.")
         (out / "diagnosis.csv").write_text("time_s\n")
 
     monkeypatch.setattr("birdstrike.inversion.diagnosis.diagnose.diagnose", diagnose)

@@ -22,6 +22,7 @@ from birdstrike.inversion.prediction.budget import _dominant, _remedy
 from birdstrike.reports.explore import explore
 from birdstrike.reports.explore.kinds.diagnosis import _effect
 from birdstrike.solver.case.case import load_case
+from tests.diagnoses import effect
 
 LABELS = {
     "clamp_rotation.left edge.2": ("clamp_rotation", "left edge.2", ""),
@@ -62,8 +63,7 @@ def test_a_clock_of_one_shot_is_that_of_a_further_sensor_too() -> None:
 def slider(label: str, name: str, sensors: list[str] | None) -> dict[str, Any]:
     """On the page to explore."""
     one = {"label": label, "name": name, "family": "", "size": 1e-5, "low": -1e-4, "high": 1e-4, "shots": ["a_1.5"]}
-    told = {"meaning": "", "probability": 0.5, "magnitude": 1e-5, "interval_95": None}
-    return _effect({**one, "sensors": sensors, "unit": "s"}, told, load_case("virtual_strike"))
+    return _effect({**one, "sensors": sensors, "unit": "s"}, effect(label, 1e-5), load_case("virtual_strike"))
 
 
 def test_a_slider_of_one_shot_s_clock_is_of_no_single_sensor() -> None:

@@ -10,12 +10,11 @@ import numpy as np
 import pandas as pd
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import read_json
 from birdstrike.data.tree import load_tree
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.formatting import label_parts
-from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, headline
+from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis, EffectFigures
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
 from birdstrike.solver.case.case import Case, load_case
@@ -37,14 +36,14 @@ def read(folder: Path) -> tuple[View]:
             f"no {FILE} in {folder}: its diagnosis was made by an earlier version; repeat birdstrike diagnose with the "
             "same --out, which finds its simulations there"
         )
-    content, model = read_json(folder / "diagnosis.json"), load_tree(folder / FILE)
+    found, model = Diagnosis.read(folder / "diagnosis.json"), load_tree(folder / FILE)
     fits, parameters = model["fits"], model["parameters"]
     names = [one["name"] for one in model["shots"]]
-    told = (content["after"] if "after" in fits else content["before"])["parameters"]
+    told = (found.after if found.after and "after" in fits else found.before).parameters
     first = model["systems"][model["shots"][0]["system"]]
     view = View(
         title="Diagnosis",
-        headline=headline(content["verdict"], content["sentence"]),
+        headline=found.conclusion,
         parameters=[
             parameter(one["name"], one["unit"], one["low"], one["high"], told[one["name"]], one["log"], told)
             for one in parameters
@@ -52,10 +51,10 @@ def read(folder: Path) -> tuple[View]:
         systems=[{key: part for key, part in system.items() if key != "runs"} for system in model["systems"]],
         shots=[_shot(folder / file, shot) for file, shot in zip(curve_files(names), model["shots"], strict=True)],
         answers=[answer(one["name"], one["unit"], told[one["name"]], told) for one in parameters],
-        effects=_effects(model["effects"], content, load_case(folder / CASE)),
+        effects=_effects(model["effects"], found, load_case(folder / CASE)),
         presets=[preset(name, fit["theta"], fit["effects"]) for name, fit in fits.items()][::-1],
         runs=runs(first["runs"]["parameters"], first["time"], first["runs"]["curves"]),
-        warnings=content["warnings"],
+        warnings=list(found.warnings),
         case=str(folder / CASE),
     )
     return (view,)
@@ -72,14 +71,14 @@ def _shot(path: Path, shot: Mapping[str, Any]) -> Table:
     return {"name": shot["name"], "system": shot["system"], "channels": channels}
 
 
-def _effects(found: Sequence[Mapping[str, Any]], content: Mapping[str, Any], case: Case) -> list[Table]:
+def _effects(listed: Sequence[Mapping[str, Any]], found: Diagnosis, case: Case) -> list[Table]:
     """Sliders of the effects, the likeliest first; none and something else have none."""
-    told = {one["name"]: one for one in content["effects"] if one["name"] not in (NONE, SOMETHING_ELSE)}
-    sliders = [_effect(one, told[one["label"]], case) for one in found if one["label"] in told]
+    told = {one.name: one for one in found.effects if one.name not in (NONE, SOMETHING_ELSE)}
+    sliders = [_effect(one, told[one["label"]], case) for one in listed if one["label"] in told]
     return sorted(sliders, key=lambda one: -one["probability"])
 
 
-def _effect(one: Mapping[str, Any], told: Mapping[str, Any], case: Case) -> Table:
+def _effect(one: Mapping[str, Any], told: EffectFigures, case: Case) -> Table:
     """A slider over the magnitudes that were looked at.
 
     single: the one sensor that it acts on, where it has no other, and what the case states of its instrument.
@@ -89,12 +88,12 @@ def _effect(one: Mapping[str, Any], told: Mapping[str, Any], case: Case) -> Tabl
     return {
         **{key: one[key] for key in ("label", "name", "family", "size", "low", "high", "shots", "sensors")},
         **unit_of(one["unit"]),
-        "meaning": told["meaning"],
+        "meaning": told.meaning,
         "title": _title(one),
-        "probability": told["probability"],
-        "likely": told["probability"] >= LIKELY,
-        "value": told["magnitude"],
-        "interval": told["interval_95"],
+        "probability": told.probability,
+        "likely": told.probability >= LIKELY,
+        "value": told.magnitude,
+        "interval": told.interval_95,
         "single": single,
         "stated": {"gain": stated.gain, "time_offset": stated.time_offset, "drift": stated.drift},
     }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -15,6 +14,7 @@ from birdstrike.inversion.results.diagnosis_text import OPPOSITES, in_its_sense,
 from birdstrike.reports.sections.diagnosis import magnitude
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.effects.registry import effects
+from tests.diagnoses import diagnosis, effect
 
 
 def _late(case: Case) -> float:
@@ -37,10 +37,7 @@ FIRST: dict[str, tuple[str, str, Callable[[Case], float]]] = {
 def figures(name: str, interval: tuple[float, float] | None) -> EffectFigures:
     """Of an effect with an interval; the rest does not matter here."""
     middle = None if interval is None else 0.5 * sum(interval)
-    text = effects()[name].meaning
-    return EffectFigures(
-        name, "", text, 1.0, 0.1, middle, "", interval, False, 1.0, 0.0, None, {}, None, {}, None, False
-    )
+    return effect(name, middle, meaning=effects()[name].meaning, interval_95=interval)
 
 
 @pytest.mark.parametrize("name", FIRST)
@@ -79,14 +76,14 @@ def test_at_the_largest_looked_at_the_end_nearest_to_0_is_told_or_that_0_is_with
     size = max(interval, key=abs)
     at_bound = replace(figures("plate_thickness", interval), magnitude=size, at_bound=True, unit="m")
     assert magnitude_words(at_bound) == words
-    assert magnitude(at_bound.figures()) == words
+    assert magnitude(at_bound) == words
 
 
 def test_a_magnitude_has_its_digits_and_none_is_plainly_0() -> None:
     """ "+0 mm" and "+5.48e+03 MPa" were neither."""
     one = replace(figures("plate_modulus", (0.0, 1.096e10)), unit="Pa")
     assert magnitude_words(one) == "+5480 MPa (95 %: 0 .. +11000 MPa)"
-    assert magnitude(one.figures()) == "+5480 MPa (0 to +11000 MPa)"
+    assert magnitude(one) == "+5480 MPa (0 to +11000 MPa)"
     small = replace(figures("sensor_bandwidth", (0.0, 3.28e-8)), unit="s", magnitude=7.7e-10)
     assert magnitude_words(small) == "+7.7e-07 ms (95 %: 0 .. +0.0000328 ms)"
 
@@ -112,7 +109,11 @@ def test_a_fault_of_a_force_cell_is_not_one_of_a_displacement_transducer(label: 
     ],
 )
 def test_every_verdict_says_what_to_do(verdict: str, proposal: str | None, baseline: bool, begins: str) -> None:
-    assert next_step(verdict, "plate_thickness", proposal, baseline).startswith(begins)
+    measurement = {"sentence": proposal} if proposal else None
+    found = diagnosis(
+        effect("plate_thickness"), verdict=verdict, next_measurement=measurement, baseline={} if baseline else None
+    )
+    assert next_step(found).startswith(begins)
 
 
 @pytest.mark.parametrize(
@@ -137,15 +138,15 @@ def test_a_record_without_alarm_names_what_is_likelier_than_none(
     shares: dict[str, float], baseline: dict[str, Any] | None, end: str
 ) -> None:
     """An unknown model error keeps the alarm silent; the page's bars show the effect, and the sentence does too."""
-    effect = replace(figures("plate_thickness", (1e-4, 3e-4)), unit="m")
-    found: Any = SimpleNamespace(
-        verdict="no_significant_residual",
+    found = diagnosis(
+        replace(figures("plate_thickness", (1e-4, 3e-4)), unit="m"),
+        effect("none"),
+        verdict=NO_RESIDUAL,
         alarm=0.41,
         required_discrepancy={"none": 0.02},
         confidence_set=tuple(shares),
         probabilities=shares,
         baseline=baseline,
-        named=lambda _: effect,
     )
     start = "The calibrated model explains the record (p = 0.41) with a model error of 2 % of the peak; "
     assert sentence_of(found) == start + end
@@ -154,17 +155,14 @@ def test_a_record_without_alarm_names_what_is_likelier_than_none(
 def test_an_effect_that_all_likely_models_have_is_told_as_such() -> None:
     """A speed that was certain stood as 0.51 beside its pairs, as if the record left its presence open."""
     shares = {"impact_speed": 0.51, "edge_slip+impact_speed": 0.46}
-    found: Any = SimpleNamespace(
+    one = replace(figures("impact_speed", (3.5, 5.6)), probability=0.97)
+    found = diagnosis(
+        one,
         verdict=AMBIGUOUS,
         alarm=0.0005,
-        alpha=0.05,
         required_discrepancy={"none": 0.011},
         confidence_set=tuple(shares),
         probabilities=shares,
-        effects=[replace(figures("impact_speed", (3.5, 5.6)), probability=0.97)],
-        named=lambda name: figures(name, (3.5, 5.6)),
     )
     assert sentence_of(found).endswith("; together the models with impact_speed hold 0.97")
-    open_effect = replace(found.effects[0], probability=0.6)
-    found.effects = [open_effect]
-    assert "together" not in sentence_of(found)
+    assert "together" not in sentence_of(replace(found, effects=(replace(one, probability=0.6),)))

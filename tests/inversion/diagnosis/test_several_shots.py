@@ -23,6 +23,7 @@ from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NO_RESIDUAL, Diag
 from birdstrike.inversion.results.diagnosis_text import _errors
 from birdstrike.reports.page.diagnosis import write_diagnosis_page
 from birdstrike.solver.case.case import load_case
+from tests.diagnoses import state
 from tests.inversion.diagnosis.rig import few_simulations, tiny
 from tests.inversion.diagnosis.test_late_and_slow import CENTRE, NOISE, SIDE, TIME, deflections, strike
 
@@ -73,8 +74,10 @@ def test_the_magnitude_of_an_effect_of_one_shot_is_that_of_its_own_case(found: D
     assert first.magnitude == pytest.approx(FASTER, rel=0.05)
     assert first.interval_95 is not None
     assert first.interval_95[0] < FASTER < first.interval_95[1]
-    after = found.shots[1]["after"]
-    assert all(after["solver"]["rmse"][name] < 2.0 * NOISE for name in (CENTRE, SIDE))
+    after = found.shots[1].after
+    assert after is not None
+    assert after.solver is not None
+    assert all(after.solver["rmse"][name] < 2.0 * NOISE for name in (CENTRE, SIDE))
 
 
 def test_birds_of_several_shots_that_are_not_alike_are_each_calibrated_and_told(tmp_path: Path) -> None:
@@ -87,8 +90,8 @@ def test_birds_of_several_shots_that_are_not_alike_are_each_calibrated_and_told(
         found = diagnose([tiny(), FAST], records, tmp_path)
     assert found.verdict == NO_RESIDUAL
     for one in found.shots:
-        low, high = one["before"]["parameters"]["bird.material.viscosity"]["interval_95"]
-        assert low < birds[one["name"]] < high
+        low, high = one.before.parameters["bird.material.viscosity"]["interval_95"]
+        assert low < birds[one.name] < high
     assert any(one.startswith("the birds of the shots and baselines are not of one recipe") for one in found.warnings)
     assert not any(name.startswith("shot ") for name in found.held_out), "no shot tells of the bird of another"
 
@@ -110,12 +113,13 @@ def test_the_case_and_the_sentence_are_of_the_shot_that_has_the_effect(found: Di
     repaired = load_case(out / (found.case_after or ""))
     assert found.effects[0].magnitude is not None
     assert repaired.impact.speed == pytest.approx(110.0 + found.effects[0].magnitude, rel=1e-9)
-    fast = found.shots[1]
-    viscosity = fast["after"]["parameters"]["bird.material.viscosity"]["value"]
+    fast = found.shown_shot
+    assert fast.after is not None
+    viscosity = fast.after.parameters["bird.material.viscosity"]["value"]
     assert repaired.bird.material.viscosity == pytest.approx(viscosity, rel=1e-9)
-    assert fast["name"] == "fast"
-    channel = next(iter(fast["before"]["rmse"]))
-    old, new = (quantity(one["solver"]["rmse"][channel], "m") for one in (fast["before"], fast["after"]))
+    assert fast.name == "fast"
+    channel = next(iter(fast.before.rmse))
+    old, new = (quantity((one.solver or {})["rmse"][channel], "m") for one in (fast.before, fast.after))
     assert f"in shot fast falls from {old.removesuffix(' mm')} to {new}" in _errors(found)
 
 
@@ -124,7 +128,8 @@ def test_a_shot_without_which_its_effect_is_not_known_has_no_error_after(found: 
     assert found.held_out["shot fast"]["before"] is not None
     assert found.held_out["shot fast"]["after"] is None
     assert found.held_out["shot slow"]["after"] is not None
-    assert found.shots[1]["after"]["heldout"]["shot"] is None
+    assert found.shots[1].after is not None
+    assert found.shots[1].after.heldout["shot"] is None
 
 
 @pytest.mark.usefixtures("found")
@@ -193,11 +198,12 @@ def test_a_sensor_that_no_case_predicts_is_told_once_for_all_shots() -> None:
 
 def test_errors_before_and_after_are_of_one_mesh() -> None:
     """A run that failed leaves both to the fits; what a baseline shows was seen on the emulator's mesh alone."""
-    fitted = {"rmse": {SIDE: 2.0}, "rmse_less_baseline": {SIDE: 1.0}, "solver": None}
-    ran = {**fitted, "solver": {"rmse": {SIDE: 5.0}, "rmse_less_baseline": {SIDE: 4.0}}}
+    fitted = state(rmse={SIDE: 2.0}, rmse_less_baseline={SIDE: 1.0})
+    ran = replace(fitted, solver={"rmse": {SIDE: 5.0}, "rmse_less_baseline": None, "weighted": 1.0, "raw": 1.0})
     both = errors(ran, ran)
-    assert all(one and (one["rmse"][SIDE], one["rmse_less_baseline"][SIDE]) == (5.0, 1.0) for one in both)
-    assert all(one and one["rmse"][SIDE] == 2.0 for one in errors(ran, fitted))
+    assert all(one and one.rmse_less_baseline and one.rmse[SIDE] == 5.0 for one in both)
+    assert all(one and one.rmse_less_baseline == {SIDE: 1.0} for one in both)
+    assert all(one and one.rmse[SIDE] == 2.0 for one in errors(ran, fitted))
 
 
 def test_a_shot_s_name_cannot_be_taken_for_another_part_of_an_answer_and_names_files() -> None:

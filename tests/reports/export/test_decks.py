@@ -15,11 +15,13 @@ from birdstrike.cli.app import app
 from birdstrike.data.decks.sensors import read_deck_sensors
 from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import unit_system
+from birdstrike.inversion.results.diagnosis import ShotStates
 from birdstrike.reports.export.deck import write_deck
 from birdstrike.reports.export.effects import effect_lines, read_effects
 from birdstrike.reports.export.fixed_columns import number
 from birdstrike.solver.build import build_bird, build_plate
 from birdstrike.solver.case.case import Case, load_case
+from tests.diagnoses import effect, state, written_diagnosis
 from tests.reports.export.radioss_reader import Block, elements_of, nodes_of, read_deck
 
 UNITS = ("mm-ms-kg-GPa", "mm-s-t-MPa", "m-s-kg-Pa")
@@ -45,10 +47,10 @@ def lsdyna(case: str, units: str, folder: Path, **settings: str) -> dict[str, li
     deck = Deck()
     deck.loads(written(case, "lsdyna", units, folder, **settings))
     assert not list(deck.string_keywords), "ansys-dyna-core does not know every keyword that was written"
-    found: dict[str, list[Any]] = {}
+    cards: dict[str, list[Any]] = {}
     for keyword in deck.keywords:
-        found.setdefault(keyword.get_title(), []).append(keyword)
-    return found
+        cards.setdefault(keyword.get_title(), []).append(keyword)
+    return cards
 
 
 def particles_of(text: str) -> np.ndarray:
@@ -336,23 +338,13 @@ def test_numbers_in_columns_keep_all_digits_that_fit(value: float) -> None:
 def test_effects_of_a_diagnosis_are_cards_with_what_is_known_of_them(tmp_path: Path) -> None:
     names = {"plate_thickness": 2e-4, "bird_friction": 0.12, "impact_speed": 1.5, "clamp_rotation": 1e-6}
     names |= {"plate_density": 50.0, "plate_damping": 60.0, "sensor_gain.displacement_centre": 0.03}
-    effects = [
-        {"name": name, "magnitude": size, "interval_95": [0.5 * size, 2.0 * size], "probability": 0.12}
-        for name, size in names.items()
-    ]
-    effects.append({"name": "bird_yaw", "magnitude": 0.01, "interval_95": [0.0, 0.1], "probability": 0.001})
+    found = [effect(name, size, interval_95=(0.5 * size, 2.0 * size), probability=0.12) for name, size in names.items()]
+    found.append(effect("bird_yaw", 0.01, interval_95=(0.0, 0.1), probability=0.001))
     parameters = {
         "bird.material.viscosity": {"value": 420.0, "interval_95": [400.0, 440.0], "unit": "Pa s", "identified": True}
     }
-    content = {
-        "verdict": "ambiguous",
-        "sentence": "Several effects explain the residual.",
-        "confidence_set": ["plate_thickness", "bird_friction+impact_speed", "none"],
-        "effects": effects,
-        "before": {"parameters": parameters},
-        "after": None,
-    }
-    (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+    chosen = ("plate_thickness", "bird_friction+impact_speed", "none")
+    written_diagnosis(tmp_path, *found, verdict="ambiguous", confidence_set=chosen, before=state(parameters=parameters))
     (tmp_path / "case.toml").write_text('extends = "demo_rig"\n')
     from ansys.dyna.core import Deck
 
@@ -366,13 +358,13 @@ def test_effects_of_a_diagnosis_are_cards_with_what_is_known_of_them(tmp_path: P
     deck = Deck()
     deck.loads(text)
     assert not list(deck.string_keywords)
-    found: dict[str, list[Any]] = {}
+    cards: dict[str, list[Any]] = {}
     for keyword in deck.keywords:
-        found.setdefault(keyword.get_title(), []).append(keyword)
-    assert found["*MAT_NULL"][0].mu == pytest.approx(system.value(420.0, "Pa s"))
-    assert found["*SECTION_SHELL"][0].t1 == pytest.approx(10.2)
-    assert found["*MAT_SPRING_ELASTIC"][0].k == pytest.approx(system.value(1e6, "N/rad"))
-    assert found["*MAT_PLASTIC_KINEMATIC"][0].ro == pytest.approx(system.value(2830.0, "kg/m^3"))
+        cards.setdefault(keyword.get_title(), []).append(keyword)
+    assert cards["*MAT_NULL"][0].mu == pytest.approx(system.value(420.0, "Pa s"))
+    assert cards["*SECTION_SHELL"][0].t1 == pytest.approx(10.2)
+    assert cards["*MAT_SPRING_ELASTIC"][0].k == pytest.approx(system.value(1e6, "N/rad"))
+    assert cards["*MAT_PLASTIC_KINEMATIC"][0].ro == pytest.approx(system.value(2830.0, "kg/m^3"))
     named = {line.split()[1]: float(line.split()[2]) for line in text.splitlines() if line.startswith("R ")}
     assert named["fric1002"] == 0.12
     assert named["vz1003"] == pytest.approx(-0.5 * 92.6)
@@ -384,10 +376,7 @@ def test_effects_of_a_diagnosis_are_cards_with_what_is_known_of_them(tmp_path: P
 
 
 def test_velocity_of_an_effect_is_along_the_impacts_direction(tmp_path: Path) -> None:
-    effect = {"name": "impact_speed", "magnitude": 2.0, "interval_95": [1.0, 3.0], "probability": 0.9}
-    content = {"verdict": "attributed", "confidence_set": ["impact_speed"], "effects": [effect]}
-    content |= {"before": {"parameters": {}}, "after": None}
-    (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+    written_diagnosis(tmp_path, effect("impact_speed", 2.0, interval_95=(1.0, 3.0)))
     (tmp_path / "case.toml").write_text('extends = "demo_rig"\n[impact]\ndirection = [0.3, 0.5, -0.7]\n')
     _, _, bird = truth(str(tmp_path / "case.toml"), **{"effects.impact_speed": "2 m/s"})
     found = read_effects(tmp_path)
@@ -399,17 +388,14 @@ def test_velocity_of_an_effect_is_along_the_impacts_direction(tmp_path: Path) ->
 
 def test_an_effect_of_one_shot_is_added_to_the_case_of_that_shot(tmp_path: Path) -> None:
     """A bird 4 m/s faster in a shot at 110 m/s had cards of 95.1 m/s: of the first shot's 91.1 m/s."""
-    one = {"name": "impact_speed@fast", "magnitude": 4.0, "interval_95": [3.0, 5.0], "probability": 0.9}
-    content = {"verdict": "attributed", "confidence_set": [one["name"]], "effects": [one]}
-    content["shots"] = [{"name": "slow"}, {"name": "fast"}]
-    (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+    shots = tuple(ShotStates(name, "demo_rig", state(), None) for name in ("slow", "fast"))
+    written_diagnosis(tmp_path, effect("impact_speed@fast", 4.0, interval_95=(3.0, 5.0)), shots=shots)
     (tmp_path / "case.toml").write_text('extends = "demo_rig"\n')
     with pytest.raises(UserError, match=r"diagnosis_fast\.toml.*repeat the diagnose command"):
         read_effects(tmp_path)
     (tmp_path / "diagnosis_fast.toml").write_text('extends = "demo_rig"\n[impact]\nspeed = "110 m/s"\n')
     for label, speed in (("impact_speed@fast", 114.0), ("impact_speed@slow", 95.1), ("impact_speed", 95.1)):
-        one["name"] = content["confidence_set"][0] = label
-        (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+        written_diagnosis(tmp_path, effect(label, 4.0, interval_95=(3.0, 5.0)), shots=shots)
         found = read_effects(tmp_path)
         assert found is not None
         lines = effect_lines(found, unit_system("m-s-kg-Pa"), "lsdyna")
@@ -418,9 +404,7 @@ def test_an_effect_of_one_shot_is_added_to_the_case_of_that_shot(tmp_path: Path)
 
 
 def test_a_soft_support_of_one_set_says_of_which(tmp_path: Path) -> None:
-    one = {"name": "edge_slip.cell_3", "magnitude": 1e-9, "interval_95": None, "probability": 0.97}
-    content = {"verdict": "attributed", "confidence_set": [one["name"]], "effects": [one]}
-    (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+    written_diagnosis(tmp_path, effect("edge_slip.cell_3", 1e-9))
     (tmp_path / "case.toml").write_text('extends = "flat_plate_002"\n')
     found = read_effects(tmp_path)
     assert found is not None

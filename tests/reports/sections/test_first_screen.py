@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from matplotlib.figure import Figure
@@ -14,23 +12,13 @@ from birdstrike.reports.blocks import Paragraph, Picture, Warnings
 from birdstrike.reports.page.page import SECTIONS
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections import diagnosis, summary
+from tests.diagnoses import effect, written_diagnosis
 
-ANSWER: dict[str, Any] = {
-    "verdict": "attributed",
-    "sentence": "The model lacks a faster bird",
-    "record": {"shots": ["shot"]},
-    "shots": [{"name": "shot"}],
-    "noise": {"sensors": {}},
-    "after": None,
-    "baseline": None,
-    "effects": [{"name": "impact_speed"}],
-    "next_measurement": None,
-    "warnings": [f"warning {number}" for number in range(7)],
-}
+WARNINGS = tuple(f"warning {number}" for number in range(7))
 
 
 def test_what_the_model_lacks_comes_first(results: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "diagnosis.json").write_text(json.dumps(ANSWER))
+    written_diagnosis(tmp_path, effect("impact_speed"), sentence="The model lacks a faster bird", warnings=WARNINGS)
     (tmp_path / "diagnosis.csv").write_text("channel,time_s\n")
     for name in ("probability_figure", "residual_figure"):
         monkeypatch.setattr(diagnosis, name, lambda *_: Figure())
@@ -42,7 +30,7 @@ def test_what_the_model_lacks_comes_first(results: Results, tmp_path: Path, monk
     assert step.text.startswith("What to do: check at the rig: impact speed; ")
     assert isinstance(likely, Picture)
     assert isinstance(residuals, Picture)
-    assert warned == Warnings(tuple(ANSWER["warnings"][:5]))
+    assert warned == Warnings(WARNINGS[:5])
     assert further == Paragraph("Further warnings: 2, under `warnings` in diagnosis.json.")
     assert SECTIONS[0](replace(results, diagnosis=None)) is None
     assert SECTIONS[1] is summary.section
