@@ -175,7 +175,7 @@ def predicted(shot: Shot, hypothesis: Hypothesis, z: Array, sizes: dict[str, flo
         if one.fault is not None:
             curve = curve + shot.instrument_change(one.fault, grid, h)
         else:
-            curve = curve + h * shot.response_to(one.name, z, h)
+            curve = curve + h * one.change_in(shot, z, h)
     return curve
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from types import MappingProxyType
 
+from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.instrument import WIDEST, InstrumentEffect, instrument_effects
 from birdstrike.inversion.diagnosis.responses import Response
 from birdstrike.inversion.diagnosis.shots import Shot, responses_of
@@ -90,6 +91,21 @@ class Suspect:
     def magnitude(self, h: float) -> float:
         """SI magnitude of a response of size h."""
         return self.size * (self.response.b(h) if self.response else h)
+
+    def response_in(self, shot: Shot, h: float) -> tuple[Response, float]:
+        """The response in a shot's case, in the sense of h, and its size there for h = 1.
+
+        h counts in the first shot's response; where one of another case bends otherwise, h is another part of it.
+        """
+        own, first = shot.setup.responses[self.name], self.response
+        if own is first or first is None or not h:
+            return own.sided(h), 1.0
+        return own.sided(h), own.h(first.b(h)) / h
+
+    def change_in(self, shot: Shot, z: Array, h: float) -> Array:
+        """(n,) change of a shot's record for h = 1, in the sense and at the size h, at parameters z (k,)."""
+        response, size = self.response_in(shot, h)
+        return size * shot.sample(response.at(z)[None])[0]
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ def _residuals(shot: Shot, hypothesis: Hypothesis, z: Array, h: Array) -> dict[s
         if one.fault is not None:
             moved += [shot.instrument_change(one.fault, *drawn) for drawn in zip(grids, h[:, j], strict=True)]
         else:
-            moved += [size * shot.response_to(one.name, row, size) for row, size in zip(z, h[:, j], strict=True)]
+            moved += [size * one.change_in(shot, row, size) for row, size in zip(z, h[:, j], strict=True)]
     whole = shot.record.values - shot.sample(grids) - moved
     mean = whole.mean(axis=0)
     found: dict[str, Table] = {}

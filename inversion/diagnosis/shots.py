@@ -215,9 +215,9 @@ class Shot:
             return self.instrument_signature(clock, grid) / clock.size
         return self.response_to(effect, z) / self.setup.responses[effect].known.size
 
-    def response_to(self, effect: str, z: Array, h: float = 0.0) -> Array:
-        """(n,) change of the record for h = 1 by an effect of the solver, in the sense of h, at parameters z (k,)."""
-        return self.sample(self.setup.responses[effect].sided(h).at(z)[None])[0]
+    def response_to(self, effect: str, z: Array) -> Array:
+        """(n,) change of the record for h = 1 by an effect of the solver, small as it is, at parameters z (k,)."""
+        return self.sample(self.setup.responses[effect].at(z)[None])[0]
 
     @cached_property
     def scatter(self) -> Array:

@@ -48,10 +48,11 @@ NEAR = 0.3  # of a magnitude: within it of one that was simulated the response i
 
 @dataclass(frozen=True)
 class Wanted:
-    """One effect to be simulated: in a shot's case, its response there so far, magnitude b in plausible sizes,
-    parameters z (k,).
+    """One effect to be simulated: its label, in a shot's case, its response there so far, magnitude b in plausible
+    sizes, parameters z (k,).
     """
 
+    label: str
     shot: Shot
     response: Response
     b: float
@@ -137,10 +138,11 @@ def _nearby(setup: Setup, fit: Fit, name: str, points: Array, rng: np.random.Gen
 def update(ranking: Ranking, simulations: Simulations) -> Problem:
     """The problem with new signatures; the same one where nothing was to be simulated."""
     problem = ranking.problem
-    wanted = [_wanted(ranking, label) for label in wanted_effects(ranking)]
-    wanted = [one for one in wanted if not _known(one)][:MOST]
-    if not wanted:
+    due = [one for wanted in wanted_effects(ranking) if not _known(one := _wanted(ranking, *wanted))]
+    if not due:
         return problem
+    first = list(dict.fromkeys(one.label for one in due))[:MOST]
+    wanted = [one for one in due if one.label in first]
     runs = simulations.run({label: case for one in wanted for label, case in _cases(one).items()})
     problem = replace(problem, begin=ranking.fits[NONE].places)
     for setup in setups_of([one.shot for one in wanted]):
@@ -195,10 +197,12 @@ def _on(problem: Problem, old: Setup, new: Setup) -> Problem:
     return replace(problem, shots=shots, found=suspects(shots))
 
 
-def wanted_effects(ranking: Ranking) -> list[str]:
-    """Effects of the solver within reach of the best, members of the likeliest pairs before, the others by how likely
-    they are at best: an effect whose learnt signature is a little wrong looks less likely than it is until it has been
-    simulated, and one that has been would win by that alone. An effect counts once in each case and sense.
+def wanted_effects(ranking: Ranking) -> list[tuple[str, Shot]]:
+    """Effects of the solver within reach of the best, each with a shot of every case in which it acts.
+
+    Members of the likeliest pairs before, the others by how likely they are at best: an effect whose learnt signature
+    is a little wrong looks less likely than it is until it has been simulated, and one that has been would win by that
+    alone. An effect counts once in each case and sense.
     """
     if ranking.shares[NONE] > SURE:
         return []
@@ -209,31 +213,32 @@ def wanted_effects(ranking: Ranking) -> list[str]:
     named = [one.label for n in pairs if ranking.shares[n] > 0.05 for one in ranking.models[n].members]
     near = max(WITHIN, within(top, ranking.evidence[NONE].log_evidence))
     order = [label for label in sorted(score, key=lambda n: -score[n]) if score[label] > top - near]
-    found: dict[tuple[str, int, bool], str] = {}
+    found: dict[tuple[str, int, bool], tuple[str, Shot]] = {}
     for label in [*named, *order]:
         if singles[label].response:
             positive = bool(ranking.evidence[label].h[0] > 0.0)
-            found.setdefault((singles[label].name, id(_shot_of(ranking, singles[label]).setup), positive), label)
+            for shot in _one_of_each_case(ranking, singles[label]):
+                found.setdefault((singles[label].name, id(shot.setup), positive), (label, shot))
     return list(found.values())
 
 
-def _shot_of(ranking: Ranking, one: Suspect) -> Shot:
-    """The first shot in which an effect acts, in whose case it is simulated."""
-    return next(shot for shot in ranking.problem.shots if shot.name in one.shots)
+def _one_of_each_case(ranking: Ranking, one: Suspect) -> list[Shot]:
+    """The first shot of every case in which an effect acts."""
+    acting = [shot for shot in ranking.problem.shots if shot.name in one.shots and one.name in shot.setup.responses]
+    return list({id(shot.setup): shot for shot in reversed(acting)}.values())[::-1]
 
 
-def _wanted(ranking: Ranking, label: str) -> Wanted:
-    """Magnitude and parameters at the fit of one effect."""
+def _wanted(ranking: Ranking, label: str, shot: Shot) -> Wanted:
+    """Magnitude and parameters at the fit of one effect, in a shot's case."""
     one, evidence = ranking.models[label].members[0], ranking.evidence[label]
-    assert one.response is not None
-    shot = _shot_of(ranking, one)
+    response = shot.setup.responses[one.name]
     fit = ranking.fits.get(label, ranking.fits[NONE])
     h = float(np.clip(evidence.h[0], *one.limits))
-    b = _farther(one.response, h) or one.response.b(h)
-    b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(one.response.known))))
+    b = _farther(response, h) or response.b(h)
+    b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(response.known))))
     if not one.one_sided:
-        b = max(b, 0.5 * one.response.known.least)
-    return Wanted(shot, one.response, float(f"{b:.{DIGITS}g}"), _near(fit.places.z[shot.name], shot.setup))
+        b = max(b, 0.5 * response.known.least)
+    return Wanted(label, shot, response, float(f"{b:.{DIGITS}g}"), _near(fit.places.z[shot.name], shot.setup))
 
 
 def _near(z: Array, setup: Setup) -> Array:

@@ -296,7 +296,7 @@ def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], plac
         elif one.fault is not None:
             parts.append(shot.instrument_signature(one.fault, grid, h))
         else:
-            parts.append(shot.response_to(one.name, places.z[shot.name], h))
+            parts.append(one.change_in(shot, places.z[shot.name], h))
     return np.concatenate(parts)
 
 
@@ -551,12 +551,13 @@ def _learnt_error(one: Suspect, shots: Sequence[Shot], column: Array, places: Pl
         if not np.any(own):
             found.append(np.zeros((len(own), 0)))
             continue
-        response, z = shot.setup.responses[one.name].sided(places.h.get(one.label, 0.0)), places.z[shot.name]
+        response, size = one.response_in(shot, places.h.get(one.label, 0.0))
+        z = places.z[shot.name]
         scatter = response.scatter_at(z)[[shot.setup.channels.index(c) for c in shot.channels]]
         errors = [shot.sample(response.error_at(z))]
         if scatter.any():
             errors.append(shot.scatter * scatter[shot.record.channel])
-        found.append(np.vstack(errors).T)
+        found.append(size * np.vstack(errors).T)
     width = max(part.shape[1] for part in found)  # a setup whose response was simulated has more directions
     return np.vstack([np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in found])
 

@@ -392,6 +392,7 @@ def test_simulations_go_to_the_effects_that_could_be_likeliest() -> None:
     for m in every.values():
         for one in m.members:
             one.response = object()
+            one.shots = ("shot",)
     best = {"e0": -100.0, "e1": -95.0, "e2": -103.0, "e3": -150.0, "e4": -99.0}
     ranking: Any = SimpleNamespace(
         models=every,
@@ -402,9 +403,9 @@ def test_simulations_go_to_the_effects_that_could_be_likeliest() -> None:
             NONE: SimpleNamespace(log_evidence=-130.0),
             **{label: SimpleNamespace(h=np.ones(1)) for label in best},
         },
-        problem=SimpleNamespace(shots=[SimpleNamespace(name="shot", setup=None)]),
+        problem=SimpleNamespace(shots=[SimpleNamespace(name="shot", setup=SimpleNamespace(responses=best))]),
     )
-    assert wanted_effects(ranking) == ["e1", "e4", "e0", "e2"]
+    assert [label for label, _ in wanted_effects(ranking)] == ["e1", "e4", "e0", "e2"]
 
 
 @pytest.mark.parametrize(("h", "wanted"), [(-1.0, ["speed@a", "speed@b"]), (1.0, ["speed@a"])])
@@ -412,9 +413,9 @@ def test_a_faster_bird_in_one_shot_and_a_slower_one_in_the_other_are_both_simula
     h: float, wanted: list[str]
 ) -> None:
     """The sense that was simulated led by 5.6 nats, which named the shot: -0.2 where it was the other one."""
-    response = SimpleNamespace(one_sided=False, size=1.0, least=-5.0)
+    setup = SimpleNamespace(responses={"speed": object()})
     suspects = [
-        Suspect(f"speed@{shot}", "speed", "impact", (shot,), response=response)  # pyright: ignore[reportArgumentType]
+        Suspect(f"speed@{shot}", "speed", "impact", (shot,), response=setup.responses["speed"])  # pyright: ignore[reportArgumentType]
         for shot in "ab"
     ]
     every = {one.label: Hypothesis(one.label, (one,), 0.1, "impact") for one in suspects}
@@ -428,9 +429,29 @@ def test_a_faster_bird_in_one_shot_and_a_slower_one_in_the_other_are_both_simula
             "speed@a": SimpleNamespace(h=np.array([1.0])),
             "speed@b": SimpleNamespace(h=np.array([h])),
         },
-        problem=SimpleNamespace(shots=[SimpleNamespace(name=shot, setup=None) for shot in "ab"]),
+        problem=SimpleNamespace(shots=[SimpleNamespace(name=shot, setup=setup) for shot in "ab"]),
     )
-    assert wanted_effects(ranking) == wanted
+    assert [label for label, _ in wanted_effects(ranking)] == wanted
+    assert len(wanted_effects(ranking)) == len(wanted)
+    ranking.problem.shots[1].setup = SimpleNamespace(responses=setup.responses)
+    assert [label for label, _ in wanted_effects(ranking)] == ["speed@a", "speed@b"], "in another case it is anew"
+
+
+def test_an_effect_of_the_rig_is_simulated_in_every_case_of_its_shots() -> None:
+    """A clamp that bends the response was brought up to date in the first shot's case alone."""
+    slow, fast = (SimpleNamespace(responses={"clamp": object()}) for _ in range(2))
+    shots = [SimpleNamespace(name=name, setup=own) for name, own in (("a", slow), ("b", slow), ("c", fast))]
+    clamp = Suspect("clamp", "clamp", "support", ("a", "b", "c"), response=slow.responses["clamp"])  # pyright: ignore[reportArgumentType]
+    every = {"clamp": Hypothesis("clamp", (clamp,), 0.1, "support")}
+    ranking: Any = SimpleNamespace(
+        models=every,
+        singles={"clamp": clamp},
+        shares={NONE: 0.01, "clamp": 0.9},
+        standings={"clamp": SimpleNamespace(at_best=-100.0)},
+        evidence={NONE: SimpleNamespace(log_evidence=-130.0), "clamp": SimpleNamespace(h=np.ones(1))},
+        problem=SimpleNamespace(shots=shots),
+    )
+    assert [(label, shot.name) for label, shot in wanted_effects(ranking)] == [("clamp", "a"), ("clamp", "c")]
 
 
 def test_baselines_tell_of_the_sensors_that_they_show() -> None:
@@ -574,6 +595,19 @@ def test_each_sense_of_an_effect_is_what_its_own_simulations_show() -> None:
     np.testing.assert_array_equal(both.sided(1.0).signature, alone.sided(1.0).signature)
     assert both.sided(0.0) is both
     assert both.simulated == (2.0, -2.0)
+
+
+def test_in_another_case_an_effect_has_the_size_that_its_response_there_has() -> None:
+    """At 2 plausible sizes the first case answers with 1.5, the other with 0.5 of its own signature."""
+    first = response(np.ones(4), knots=((-5.0, -5.0), (0.0, 0.0), (2.0, 1.5), (5.0, 3.0)))
+    other = response(3.0 * np.ones(4), knots=((-5.0, -5.0), (0.0, 0.0), (2.0, 0.5), (5.0, 1.0)))
+    one = Suspect("clamp", "clamp", "support", ("a", "b"), response=first)
+    setups = [SimpleNamespace(responses={"clamp": own}) for own in (first, other)]
+    shots: list[Any] = [SimpleNamespace(setup=setup, sample=lambda rows: rows) for setup in setups]
+    changes = [1.5 * one.change_in(shot, np.zeros(1), 1.5) for shot in shots]
+    np.testing.assert_allclose(changes[0], 1.5)
+    np.testing.assert_allclose(changes[1], 0.5 * 3.0)
+    assert one.response_in(shots[1], 0.0)[1] == 1.0
 
 
 def test_beyond_a_fit_on_a_response_that_bends_the_next_simulation_shows_how_it_goes_on() -> None:
