@@ -27,7 +27,7 @@ from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_pla
 from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import NearFits, with_runs
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
-from birdstrike.inversion.formatting import span
+from birdstrike.inversion.formatting import quantity, span
 from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.solver.case.case import Case, CaseSource, Parameter, as_case, case_hash
 from birdstrike.solver.case.write import case_toml, copy_case, portable_table
@@ -109,7 +109,8 @@ def diagnose(
 
         def prepared(setups: Mapping[str, Setup]) -> Pipeline:
             own = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record) for one in shots)
-            beside = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
+            names = baseline_names(shots, clean)
+            beside = {name: (one.record, setups[case_hash(one.case)]) for name, one in zip(names, clean, strict=True)}
             used = tuple(dict.fromkeys(channel for shot in own for channel in shot.channels))
             return Pipeline(own, read_baselines(beside, used), choice, simulations, (*lost, *records.warnings))
 
@@ -201,13 +202,15 @@ def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
 
 
 def apart(case: Case, first: Case) -> list[str]:
-    """Why two cases cannot be calibrated together: another rig, or parameters sought elsewhere."""
+    """Why two cases cannot be calibrated together: another rig or clock, or parameters sought elsewhere."""
     if case.plate != first.plate or case.target != first.target:
         return [
             f"case {case.name} has another plate or target (or mesh of it) than case {first.name}: shots that are "
             "diagnosed together are of one rig; extend one file for all and change [impact] and [bird] alone, or "
             "diagnose each rig by itself"
         ]
+    if clocks := other_clock(case, first):
+        return clocks
     if case.parameters() == first.parameters():
         return []
     own, theirs = ({one.name: one for one in each.parameters()} for each in (case, first))
@@ -218,6 +221,17 @@ def apart(case: Case, first: Case) -> list[str]:
         f'inversion.parameters."{name}" is {sought(own.get(name))} in case {case.name} and {sought(theirs.get(name))} '
         f"in case {first.name}: shots share their parameters and the ranges of these; state them alike in both"
         for name in differ
+    ]
+
+
+def other_clock(case: Case, first: Case) -> list[str]:
+    """Where two cases differ in the instants that are simulated: model error is known at the same ones in all shots."""
+    alike = "shots that are diagnosed together are simulated at the same instants; state [time] alike in all, with the "
+    return [
+        f"time.{key} = {quantity(getattr(case.time, key), 's')} in case {case.name} and "
+        f"{quantity(getattr(first.time, key), 's')} in case {first.name}: {alike}longest end (a record may end earlier)"
+        for key in ("end", "output_interval")
+        if getattr(case.time, key) != getattr(first.time, key)
     ]
 
 
@@ -283,6 +297,19 @@ def stated_bird(choice: DiagnosisOptions, first: Case, given: str | None) -> str
     bird = given or (choice.baseline_bird if choice.baseline_bird != AUTO else first.diagnosis.baseline_bird)
     birds_apart(bird)
     return bird
+
+
+def baseline_names(shots: Sequence[NamedRecord], clean: Sequence[NamedRecord]) -> list[str]:
+    """What the baselines are called beside the shots, of which one may come from a file `baseline clean.csv`."""
+    taken = {one.name for one in shots}
+    found: list[str] = []
+    for one in clean:
+        name = f"baseline {one.name}"
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        found.append(name)
+    return found
 
 
 def channels_of(shots: Sequence[NamedRecord]) -> tuple[str, ...]:

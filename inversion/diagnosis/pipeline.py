@@ -430,15 +430,19 @@ def _unpredicted(ranking: Ranking, effect: str, held: Mapping[str, Sequence[Held
 
 
 def _worse_held_out(effect: str, held: Mapping[str, Sequence[Held]]) -> list[str]:
-    """A warning where the effect predicts the record that the user held out worse; it is the last part."""
+    """A warning where the effect predicts the record that the user held out worse; it is the last part.
+
+    An effect that one of several shots has for itself is not the held-out record's: only its bird is another with it.
+    """
     before, after = held[NONE][-1], held[effect][-1]
     if after.score >= before.score:
         return []
+    wrong = "the effect is not what it is taken for"
+    reason = wrong if label_parts(effect)[2] else f"that shot has not the effect, or {wrong}"
     return [
         f"with {effect} the held-out record is predicted worse than without it (its residual is {after.error:.2f} and "
         f"{before.error:.2f} times the errors that each model expects, its log density lower by "
-        f"{before.score - after.score:.2g} a point): that shot has not the effect, or the effect is not what it is "
-        "taken for"
+        f"{before.score - after.score:.2g} a point): {reason}"
     ]
 
 

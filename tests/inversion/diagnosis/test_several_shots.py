@@ -182,3 +182,52 @@ def test_a_shot_s_name_cannot_be_taken_for_another_part_of_an_answer_and_names_f
     twice = shot_names([shot(stem, 80.0, 1, SIDE) for stem in ("a", "a_2", "a_1", "a")])
     assert len(set(twice)) == 4
     assert max(len(name) for name in curve_files(names)) < 100
+
+
+def cut(record: Measured, end: float) -> Measured:
+    """The record up to an instant [s]."""
+    kept = record.time <= end
+    channels, sigma = ({name: values[kept] for name, values in own.items()} for own in (record.channels, record.sigma))
+    return replace(record, time=record.time[kept], channels=channels, sigma=sigma)
+
+
+@pytest.fixture(scope="module")
+def named_badly(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    """Shots whose names read as parts of an answer, the second faster than stated and ended early, beside a baseline
+    and a further record of the first case.
+    """
+    folder = tmp_path_factory.mktemp("named") / "out"
+    records = [shot("baseline clean", 80.0, 1, SIDE), cut(shot("2 of 2", 110.0 + FASTER, 2, CENTRE, SIDE), 0.37e-3)]
+    clean, again = shot("clean", 80.0, 3, CENTRE, SIDE), shot("again", 80.0, 4, SIDE)
+    with few_simulations(sought=("plate_thickness", "impact_speed")) as patch:
+        patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
+        return diagnose([tiny(), FAST], records, folder, baseline=[clean], heldout=again)
+
+
+def test_a_shot_may_be_named_as_a_baseline_is_in_an_answer(named_badly: Diagnosis) -> None:
+    """Beside a baseline `clean` a shot `baseline clean` was taken for it: arrays of two lengths after all runs."""
+    assert [one["name"] for one in named_badly.shots] == ["baseline clean", "2 of 2"]
+    assert named_badly.effects[0].name == "impact_speed@2 of 2"
+
+
+def test_a_name_with_of_in_it_is_no_part_of_another_shot(named_badly: Diagnosis) -> None:
+    """The shot held out from which alone its effect is known was given an error after, and spoke against the effect."""
+    held = named_badly.held_out["shot 2 of 2"]
+    assert held["before"] is not None
+    assert held["after"] is None
+
+
+def test_a_stretch_of_a_record_that_ends_early_is_held_out_too(named_badly: Diagnosis) -> None:
+    """A stretch of the simulated time in which the record had no point gave NaN, and nothing could be attributed."""
+    held = named_badly.held_out["time_block of 2 of 2"]
+    assert held["gain"] is not None
+    assert held["gain"] > 0.0
+    assert named_badly.verdict == ATTRIBUTED
+
+
+def test_a_held_out_record_has_not_what_one_of_several_shots_has(named_badly: Diagnosis) -> None:
+    """It was predicted with the other shot's speed, 6 m/s too high, and the effect was doubted for it."""
+    held = named_badly.held_out["shot"]
+    assert held["after"] is not None
+    assert held["after"] < 1.5
+    assert not any("held-out record is predicted worse" in one for one in named_badly.warnings)
