@@ -315,6 +315,19 @@ def headline(verdict: str, sentence: str) -> str:
     return f"{HEADS[verdict]}. {sentence}."
 
 
+def provenance(record: Mapping[str, Any]) -> str:
+    """ "The record is measured"; where only some of several shots are simulated, these by name.
+
+    record: of diagnosis.json; one of an earlier version does not say which are simulated.
+    """
+    shots = record["shots"]
+    made = record["simulated_shots"] if "simulated_shots" in record else shots if record["simulated"] else []
+    some = made if 0 < len(made) < len(shots) else []
+    record_s, be = ("records", "are") if len(some or shots) > 1 else ("record", "is")
+    which = f" of {', '.join(some)}" if some else ""
+    return f"The {record_s}{which} {be} {'simulated, not measured' if made else 'measured'}"
+
+
 def next_step(verdict: str, likeliest: str, proposal: str | None, baseline: bool) -> str:
     """What to do after a diagnosis, by its verdict.
 

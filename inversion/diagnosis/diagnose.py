@@ -120,9 +120,18 @@ def diagnose(
         found = pipeline.diagnosis(refinement, held)
     for i, (name, one) in enumerate(zip(case_files([one.name for one in shots]), shots, strict=True)):
         copy_case(one.case, folder, name, f"{Path(name).stem}/" if i else "")
-    simulated = any(one.record.simulated for one in shots)
-    record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
-    return write(replace(found, record=record), folder)
+    return write(replace(found, record=described(shots)), folder)
+
+
+def described(shots: Sequence[NamedRecord]) -> dict[str, Any]:
+    """`record` of diagnosis.json: path of the first, names of all, and which of them no instrument took."""
+    simulated = [one.name for one in shots if one.record.simulated]
+    return {
+        "path": str(shots[0].record.path),
+        "simulated": bool(simulated),
+        "shots": [one.name for one in shots],
+        "simulated_shots": simulated,
+    }
 
 
 @dataclass(frozen=True)

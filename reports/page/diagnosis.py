@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from birdstrike.data.files import write_atomically
+from birdstrike.inversion.diagnosis.answer import provenance
 from birdstrike.reports.blocks import Section
 from birdstrike.reports.figures.diagnosis import probability_figure, residual_figure
 from birdstrike.reports.figures.style import png
@@ -48,9 +49,8 @@ def page(results: DiagnosisResults) -> str:
     """The page as HTML text; nothing in it points outside."""
     made: list[Section] = [make(results) for make in SECTIONS]
     record = ", ".join(results.curves)
-    kind = "simulated, not measured" if results.content["record"]["simulated"] else "measured"
     return rendered(
         title=f"Diagnosis of {record}",
-        subtitle=f"The record is {kind}; every model curve is simulated by birdstrike.",
+        subtitle=f"{provenance(results.content['record'])}; every model curve is simulated by birdstrike.",
         sections=made,
     )

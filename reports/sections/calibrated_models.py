@@ -141,7 +141,6 @@ def _pairs(results: ModelsResults, model: Mapping[str, Any]) -> Iterator[tuple[s
 def curves_section(results: ModelsResults) -> Section:
     """The solver's curves beside each record; switches hide the calibrated or the published ones."""
     blocks = []
-    kind = "simulated" if results.content["simulated"] else "measured"
     for shot, record in results.records.items():
         channels = {name: record.units[name] for name in list(record.channels)[:MOST_CHANNELS]}
         left = len(record.channels) - len(channels)
@@ -152,7 +151,7 @@ def curves_section(results: ModelsResults) -> Section:
             results.calibrated[shot],
             results.published[shot],
             results.ranked,
-            f"record ({kind})",
+            f"record ({'simulated' if record.simulated else 'measured'})",
         )
         words = f"Shot {results.title(shot)}: heavy lines calibrated, thin lines published constants{more}."
         blocks.append(drawing(f"curves-{shot}", figure, words))

@@ -113,7 +113,7 @@ def errors_section(results: DiagnosisResults) -> Section:
             "in log density a point, in which both count; above 0 the effect predicts better."
         )
         blocks.append(Table(("held out", "before", "after", "gain"), held, words, frozenset({1, 2, 3})))
-    blocks.append(_parameters(content))
+    blocks += [_parameters(shot, len(content["shots"]) > 1) for shot in content["shots"]]
     return Section("errors", "Diagnosis: error and parameters before and after", tuple(blocks))
 
 
@@ -143,12 +143,13 @@ def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
     return Table(head, tuple(rows), words, frozenset(range(1, len(head))))
 
 
-def _parameters(content: Mapping[str, Any]) -> Table:
-    """Calibrated parameters before and after; their difference is the bias."""
-    before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
+def _parameters(shot: Mapping[str, Any], several: bool) -> Table:
+    """Calibrated parameters of a shot's bird before and after; their difference is the bias. several: shots."""
+    before, after = shot["before"]["parameters"], (shot["after"] or {}).get("parameters", {})
+    whose = f"The bird of shot {shot['name']}: calibrated parameters" if several else "Calibrated parameters"
     if not after:
         rows = tuple((plain(name, before), _interval(entry)) for name, entry in before.items())
-        return Table(("parameter", "calibrated"), rows, "Calibrated parameters with 95 % intervals.")
+        return Table(("parameter", "calibrated"), rows, f"{whose} with 95 % intervals.")
     rows = tuple(
         (
             plain(name, before),
@@ -159,8 +160,8 @@ def _parameters(content: Mapping[str, Any]) -> Table:
         for name, entry in before.items()
     )
     words = (
-        "Calibrated parameters with 95 % intervals. Bias: by how much the parameter was wrong because the model had to "
-        "imitate the missing effect."
+        f"{whose} with 95 % intervals. Bias: by how much the parameter was wrong because the model had to imitate the "
+        "missing effect."
     )
     return Table(("parameter", "before", "after", "bias before"), rows, words)
 
@@ -213,8 +214,9 @@ def basis_section(results: DiagnosisResults) -> Section:
         )
         for name, entry in content["noise"]["sensors"].items()
     )
+    of = "each sensor in the first shot that has it" if len(content["shots"]) > 1 else "the record"
     words = (
-        "Noise of the record; share of emulator and mesh in the whole error; and the time from which on the curve "
+        f"Noise of {of}; share of emulator and mesh in the whole error; and the time from which on the curve "
         "carries no information, because the model error has grown threefold."
     )
     head = ("sensor", "noise", "source", "points", "numerical share", "uninformative from")

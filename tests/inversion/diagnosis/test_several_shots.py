@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import LONGEST, Measured, shot_names
-from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, NO_RESIDUAL, Diagnosis, _errors, errors
-from birdstrike.inversion.diagnosis.diagnose import curve_files, diagnose
+from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, NO_RESIDUAL, Diagnosis, _errors, errors, provenance
+from birdstrike.inversion.diagnosis.diagnose import NamedRecord, curve_files, described, diagnose
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.pipeline import _left_out
 from birdstrike.inversion.diagnosis.ranking import Ranking
@@ -101,6 +101,26 @@ def test_a_sensor_that_the_first_record_lacks_has_faults_and_a_place_on_the_page
     assert list(found.noise["sensors"]) == [SIDE, CENTRE]
     page = write_diagnosis_page(out).read_text(encoding="utf-8")
     assert "displacement centre" in page
+
+
+def test_the_page_has_the_bird_of_every_shot(found: Diagnosis, out: Path) -> None:
+    """Each shot has a bird of its own; the page had that of the first, and did not say whose it was."""
+    page = write_diagnosis_page(out).read_text(encoding="utf-8")
+    for one in found.shots:
+        table = page[page.index(f"The bird of shot {one['name']}: calibrated parameters") :]
+        value = one["before"]["parameters"]["bird.material.viscosity"]["value"]
+        assert quantity(value, "Pa s") in table[: table.index("</table>")]
+    assert "Noise of each sensor in the first shot that has it" in page
+
+
+def test_records_that_are_simulated_are_told_by_name() -> None:
+    """Of a simulated shot beside a measured first one, the first was called simulated."""
+    cases = [NamedRecord(name, tiny(), shot(name, 80.0, 1, SIDE)) for name in ("slow", "fast", "third")]
+    taken = replace(cases[0], record=replace(cases[0].record, provenance=("laser",)))
+    assert provenance(described([taken])) == "The record is measured"
+    assert provenance(described([taken, cases[1]])) == "The record of fast is simulated, not measured"
+    assert provenance(described([taken, *cases[1:]])) == "The records of fast, third are simulated, not measured"
+    assert provenance(described(cases)) == "The records are simulated, not measured"
 
 
 def test_the_case_and_the_sentence_are_of_the_shot_that_has_the_effect(found: Diagnosis, out: Path) -> None:
