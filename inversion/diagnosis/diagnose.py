@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from birdstrike.data.curves import LONGEST, Measured, as_measured, refuse_twice, shot_names
+from birdstrike.data.curves import LONGEST, Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.tree import save_tree
@@ -80,7 +80,8 @@ def diagnose(
         Shots of the rig in which nothing is suspected (none: those that the first case names in
         `diagnosis.baselines`); a case for each in order, or none at all: they are of the first case.
     channels : sequence of str
-        Channels of the records that are used, all where none is named; of baselines and `heldout` the same.
+        Channels of the records that are used, of each those that it has, all where none is named; of baselines and
+        `heldout` the same.
     baseline_bird : {'auto', 'same', 'recipe', 'other'}, optional
         What is known of the birds of all shots, baselines included: of one batch, cast and shot alike; of one recipe;
         unlike; `auto`: nothing, the records decide. By default the first case's `diagnosis.baseline_bird`.
@@ -153,7 +154,9 @@ def read_records(
     channels: Sequence[str] = (),
 ) -> Records:
     """All records of a diagnosis, see `diagnose`; raises UserError for what does not fit, before any simulation."""
-    shots = [replace(one, record=one.record.only(channels)) for one in named_records(case, measured)]
+    named = named_records(case, measured)
+    kept = only_channels([one.record for one in named], channels)
+    shots = [replace(one, record=record) for one, record in zip(named, kept, strict=True)]
     other = None if heldout is None else as_measured(heldout)
     refuse(shots, other)
     other = None if other is None else other.only(tuple(shots[0].record.channels))
