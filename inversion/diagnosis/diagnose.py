@@ -214,15 +214,15 @@ def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
 
 
 def apart(case: Case, first: Case) -> list[str]:
-    """Why two cases cannot be calibrated together: another rig or clock, or parameters sought elsewhere."""
+    """Why two cases cannot be calibrated together: another rig, clock or sensor, or parameters sought elsewhere."""
     if case.plate != first.plate or case.target != first.target:
         return [
             f"case {case.name} has another plate or target (or mesh of it) than case {first.name}: shots that are "
             "diagnosed together are of one rig; extend one file for all and change [impact] and [bird] alone, or "
             "diagnose each rig by itself"
         ]
-    if clocks := other_clock(case, first):
-        return clocks
+    if differ := [*other_clock(case, first), *other_kinds(case, first)]:
+        return differ
     if case.parameters() == first.parameters():
         return []
     own, theirs = ({one.name: one for one in each.parameters()} for each in (case, first))
@@ -244,6 +244,17 @@ def other_clock(case: Case, first: Case) -> list[str]:
         f"{quantity(getattr(first.time, key), 's')} in case {first.name}: {alike}longest end (a record may end earlier)"
         for key in ("end", "output_interval")
         if getattr(case.time, key) != getattr(first.time, key)
+    ]
+
+
+def other_kinds(case: Case, first: Case) -> list[str]:
+    """Sensors of two cases that share a name and no kind: one name is one channel in the answer."""
+    kinds = {name: (one.kind, first.sensors[name].kind) for name, one in case.sensors.items() if name in first.sensors}
+    return [
+        f"sensors.{name} is of kind {own} in case {case.name} and {theirs} in case {first.name}: a name stands for one "
+        "kind of sensor in shots that are diagnosed together; rename it in one case, and in its record"
+        for name, (own, theirs) in kinds.items()
+        if own != theirs
     ]
 
 

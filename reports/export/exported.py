@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import maker_of, model_of
+from birdstrike.inversion.diagnosis.answer import provenance
 from birdstrike.inversion.estimation.verification import error_words
 from birdstrike.inversion.formatting import flight, quantity, span
 from birdstrike.inversion.models.results import COMPARISON, read_comparison
@@ -150,6 +151,7 @@ def _of_diagnosis(path: Path, case: str | Path | None) -> Export:
         content = json.loads(path.read_text(encoding="utf-8"))
         fitted = content["after"] or content["before"]
         estimates = {key: _estimate(one) for key, one in fitted["parameters"].items()}
+        records = _records(content)
     except (ValueError, KeyError, TypeError) as error:
         raise UserError(f"{path} is damaged or of another version; repeat birdstrike diagnose") from error
     point = {key: one.value for key, one in estimates.items() if one.value is not None}
@@ -162,9 +164,17 @@ def _of_diagnosis(path: Path, case: str | Path | None) -> Export:
     model = "with its likeliest effect" if content["after"] else "without effects"
     source = (
         f"Fitted by the diagnosis ({path.name}), {model}.",
+        *records,
         f"Case {case_hash(declared)}: {_impact(declared)}.",
     )
     return Export((ExportedBird("inverted", bird.material, bird.actual_density, tuple(known)),), source)
+
+
+def _records(content: Mapping[str, Any]) -> tuple[str, ...]:
+    """What a diagnosis was made of, and of several shots whose bird is written."""
+    said = f"{provenance(content['record'])}: {', '.join(content['record']['shots'])}."
+    first, *others = content["record"]["shots"]
+    return (said, f"The bird is that of shot {first}; every shot has its own (`shots` there).") if others else (said,)
 
 
 def _estimate(one: Mapping[str, Any]) -> Estimate:

@@ -144,7 +144,8 @@ def curves_section(results: ModelsResults) -> Section:
     for shot, record in results.records.items():
         channels = {name: record.units[name] for name in list(record.channels)[:MOST_CHANNELS]}
         left = len(record.channels) - len(channels)
-        more = f"; {left} more channels are in the table of errors in models.json" if left else ""
+        others = f"{left} more channel{'s are' if left > 1 else ' is'}"
+        more = f"; {others} in the table of errors in models.json" if left else ""
         figure = curves_figure(
             channels,
             (record.time, record.channels),

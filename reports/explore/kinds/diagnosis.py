@@ -45,7 +45,7 @@ def read(folder: Path) -> tuple[View]:
     first = model["systems"][model["shots"][0]["system"]]
     view = View(
         title="Diagnosis",
-        headline=headline(content["verdict"], content["sentence"]),
+        headline=headline(content["verdict"], content["sentence"]) + _whose(names),
         parameters=[
             parameter(one["name"], one["unit"], one["low"], one["high"], told[one["name"]], one["log"], told)
             for one in parameters
@@ -54,12 +54,31 @@ def read(folder: Path) -> tuple[View]:
         shots=[_shot(folder / file, shot) for file, shot in zip(curve_files(names), model["shots"], strict=True)],
         answers=[answer(one["name"], one["unit"], told[one["name"]], told) for one in parameters],
         effects=_effects(model["effects"], content, load_case(folder / CASE)),
-        presets=[preset(name, fit["theta"], fit["effects"]) for name, fit in fits.items()][::-1],
+        presets=_presets(fits, content["shots"]),
         runs=runs(first["runs"]["parameters"], first["time"], first["runs"]["curves"]),
         warnings=content["warnings"],
         case=str(folder / CASE),
     )
     return (view,)
+
+
+def _whose(names: Sequence[str]) -> str:
+    """Of several shots, whose bird the parameters are."""
+    if len(names) < 2:
+        return ""
+    return f" The parameters are those of the bird of shot {names[0]}; every shot has a bird of its own (buttons)."
+
+
+def _presets(fits: Mapping[str, Mapping[str, Any]], shots: Sequence[Mapping[str, Any]]) -> list[Table]:
+    """The fits, after before before; of several shots with the bird of each, that of the first leading."""
+    latest_first = list(fits.items())[::-1]
+    if len(shots) < 2:
+        return [preset(name, fit["theta"], fit["effects"]) for name, fit in latest_first]
+    return [
+        preset(f"{name}, {shot['name']}", [one["value"] for one in shot[name]["parameters"].values()], fit["effects"])
+        for name, fit in latest_first
+        for shot in shots
+    ]
 
 
 def _shot(path: Path, shot: Mapping[str, Any]) -> Table:

@@ -303,6 +303,10 @@ def test_what_is_wrong_with_any_record_is_told_at_once_the_held_out_one_s_unit_t
             r"time.end = 0.8 ms in case tiny and 0.9 ms in case tiny: .* state \[time\] alike",
         ),
         (
+            {"sensors": {"displacement_side": {"kind": "strain", "noise": 2e-5}}},
+            "sensors.displacement_side is of kind strain in case tiny and displacement in case tiny: .* rename it",
+        ),
+        (
             {"inversion": {"parameters": {"bird.material.viscosity": {"range": ["100 Pa s", "2000 Pa s"]}}}},
             r'viscosity" is 100 \.\. 2000 Pa s \(linear\) in case tiny and 100 \.\. 1000 Pa s',
         ),
@@ -312,7 +316,8 @@ def test_shots_of_two_rigs_clocks_or_ranges_are_refused_and_such_a_baseline_is_l
     tmp_path: Path, table: dict[str, dict[str, object]], said: str
 ) -> None:
     """Shots share a parameter as a share of its range: in another range it would be another viscosity. They share model
-    error at each instant: cases of two ends ended in a ValueError after all simulations."""
+    error at each instant: cases of two ends ended in a ValueError after all simulations. A strain named as a
+    displacement of the first shot had its errors in mm."""
     other = tiny().overlaid(table)
     records = [record(), replace(record(), path="second.csv")]
     with pytest.raises(CaseError, match=said):

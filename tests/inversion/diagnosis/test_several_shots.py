@@ -19,6 +19,8 @@ from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Record, Shot
 from birdstrike.inversion.diagnosis.system import Places, _numerical
 from birdstrike.inversion.formatting import quantity
+from birdstrike.reports.explore.kinds.diagnosis import read
+from birdstrike.reports.export.exported import read_export
 from birdstrike.reports.page.diagnosis import write_diagnosis_page
 from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.rig import few_simulations, tiny
@@ -111,6 +113,18 @@ def test_the_page_has_the_bird_of_every_shot(found: Diagnosis, out: Path) -> Non
         value = one["before"]["parameters"]["bird.material.viscosity"]["value"]
         assert quantity(value, "Pa s") in table[: table.index("</table>")]
     assert "Noise of each sensor in the first shot that has it" in page
+
+
+def test_the_page_to_play_with_and_the_cards_say_whose_bird_they_have(found: Diagnosis, out: Path) -> None:
+    """Both had the bird of the first shot alone, which is not that of the others, and did not say so."""
+    (view,) = read(out)
+    assert "those of the bird of shot slow" in view.headline
+    assert [one["name"] for one in view.presets] == ["after, slow", "after, fast", "before, slow", "before, fast"]
+    fast = found.shots[1]["before"]["parameters"]["bird.material.viscosity"]["value"]
+    assert view.presets[3]["theta"] == pytest.approx([fast])
+    said = " ".join(read_export(out).source)
+    assert "The records are simulated, not measured: slow, fast." in said
+    assert "The bird is that of shot slow; every shot has its own" in said
 
 
 def test_records_that_are_simulated_are_told_by_name() -> None:
