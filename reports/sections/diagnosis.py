@@ -21,6 +21,7 @@ from birdstrike.reports.figures.diagnosis import curves_figure, probability_figu
 from birdstrike.reports.sections.summary import signed
 from birdstrike.solver.case.effects import SHOWN, shown
 
+HELDOUT = "the record of --heldout"
 MOST_ROWS, MOST_WARNINGS, MOST_PAIRS = 12, 5, 5
 
 
@@ -103,7 +104,12 @@ def errors_section(results: DiagnosisResults) -> Section:
         blocks.append(drawing(f"curves-{shot['name']}", curves_figure(results.curves[shot["name"]], units), words))
         blocks.append(_errors(shot, units))
     held = tuple(
-        (name.replace("_", " "), two(one["before"]), two(one["after"]), gained(one.get("gain")))
+        (
+            HELDOUT if name == "shot" else name.replace("_", " "),
+            two(one["before"]),
+            two(one["after"]),
+            gained(one.get("gain")),
+        )
         for name, one in content["held_out"].items()
     )
     if held:

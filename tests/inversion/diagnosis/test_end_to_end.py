@@ -410,3 +410,10 @@ def test_a_held_out_shot_without_the_effect_is_told(laboratory: Laboratory) -> N
 @pytest.mark.parametrize(("expected", "said"), [(0.9, "from 0.50 to 0.90"), (0.51, "no measurement that was compared")])
 def test_a_measurement_that_brings_next_to_nothing_is_no_advice(expected: float, said: str) -> None:
     assert said in Proposal("w", ("a", "b"), expected, 0.5, "one more sensor, w").sentence
+
+
+@pytest.mark.parametrize(("likeliest", "said"), [(0.7, "may be none of them"), (0.97, "from 1.00 to 1.00")])
+def test_sensors_that_should_decide_and_do_not_speak_against_what_is_compared(likeliest: float, said: str) -> None:
+    """Of a preload (0.61) and a clamp's rotation (0.22), of which the record decided nothing, the right model was said
+    to have a probability of 1.00; the plate was thinner."""
+    assert said in Proposal("w", ("a", "b"), 1.0, 0.999, "one more sensor, w", likeliest=likeliest).sentence

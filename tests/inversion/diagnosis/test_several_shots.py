@@ -226,7 +226,7 @@ def cut(record: Measured, end: float) -> Measured:
 
 
 @pytest.fixture(scope="module")
-def named_badly(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+def named_badly(tmp_path_factory: pytest.TempPathFactory) -> tuple[Diagnosis, str]:
     """Shots whose names read as parts of an answer, the second faster than stated and ended early, beside a baseline
     and a further record of the first case.
     """
@@ -235,33 +235,39 @@ def named_badly(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     clean, again = shot("clean", 80.0, 3, CENTRE, SIDE), shot("again", 80.0, 4, SIDE)
     with few_simulations(sought=("plate_thickness", "impact_speed")) as patch:
         patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
-        return diagnose([tiny(), FAST], records, folder, baseline=[clean], heldout=again)
+        found = diagnose([tiny(), FAST], records, folder, baseline=[clean], heldout=again)
+    return found, write_diagnosis_page(folder).read_text(encoding="utf-8")
 
 
-def test_a_shot_may_be_named_as_a_baseline_is_in_an_answer(named_badly: Diagnosis) -> None:
+def test_a_shot_may_be_named_as_a_baseline_is_in_an_answer(named_badly: tuple[Diagnosis, str]) -> None:
     """Beside a baseline `clean` a shot `baseline clean` was taken for it: arrays of two lengths after all runs."""
-    assert [one["name"] for one in named_badly.shots] == ["baseline clean", "2 of 2"]
-    assert named_badly.effects[0].name == "impact_speed@2 of 2"
+    found, _ = named_badly
+    assert [one["name"] for one in found.shots] == ["baseline clean", "2 of 2"]
+    assert found.effects[0].name == "impact_speed@2 of 2"
 
 
-def test_a_name_with_of_in_it_is_no_part_of_another_shot(named_badly: Diagnosis) -> None:
+def test_a_name_with_of_in_it_is_no_part_of_another_shot(named_badly: tuple[Diagnosis, str]) -> None:
     """The shot held out from which alone its effect is known was given an error after, and spoke against the effect."""
-    held = named_badly.held_out["shot 2 of 2"]
+    found, _ = named_badly
+    held = found.held_out["shot 2 of 2"]
     assert held["before"] is not None
     assert held["after"] is None
 
 
-def test_a_stretch_of_a_record_that_ends_early_is_held_out_too(named_badly: Diagnosis) -> None:
+def test_a_stretch_of_a_record_that_ends_early_is_held_out_too(named_badly: tuple[Diagnosis, str]) -> None:
     """A stretch of the simulated time in which the record had no point gave NaN, and nothing could be attributed."""
-    held = named_badly.held_out["time_block of 2 of 2"]
+    found, _ = named_badly
+    held = found.held_out["time_block of 2 of 2"]
     assert held["gain"] is not None
     assert held["gain"] > 0.0
-    assert named_badly.verdict == ATTRIBUTED
+    assert found.verdict == ATTRIBUTED
 
 
-def test_a_held_out_record_has_not_what_one_of_several_shots_has(named_badly: Diagnosis) -> None:
+def test_a_held_out_record_has_not_what_one_of_several_shots_has(named_badly: tuple[Diagnosis, str]) -> None:
     """It was predicted with the other shot's speed, 6 m/s too high, and the effect was doubted for it."""
-    held = named_badly.held_out["shot"]
+    found, page = named_badly
+    held = found.held_out["shot"]
     assert held["after"] is not None
     assert held["after"] < 1.5
-    assert not any("held-out record is predicted worse" in one for one in named_badly.warnings)
+    assert "<td>the record of --heldout</td>" in page
+    assert not any("held-out record is predicted worse" in one for one in found.warnings)
