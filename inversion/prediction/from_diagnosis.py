@@ -53,6 +53,7 @@ def read_diagnosis(folder: Path) -> Learnt:
     said = (
         f"{likely} of the diagnosis' 95 % set by probability, {counts} draws of each from its posterior (joint in "
         "parameters and magnitudes)",
+        *([f"the bird is that of shot {shots[0].name}; every shot has its own"] if len(shots) > 1 else []),
     )
     proposal = content.get("next_measurement") or {}
     return Learnt(

@@ -19,6 +19,7 @@ from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Record, Shot
 from birdstrike.inversion.diagnosis.system import Places, _numerical
 from birdstrike.inversion.formatting import quantity
+from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.reports.explore.kinds.diagnosis import read
 from birdstrike.reports.export.exported import read_export
 from birdstrike.reports.page.diagnosis import write_diagnosis_page
@@ -125,6 +126,7 @@ def test_the_page_to_play_with_and_the_cards_say_whose_bird_they_have(found: Dia
     said = " ".join(read_export(out).source)
     assert "The records are simulated, not measured: slow, fast." in said
     assert "The bird is that of shot slow; every shot has its own" in said
+    assert "the bird is that of shot slow; every shot has its own" in read_diagnosis(out).said
 
 
 def test_records_that_are_simulated_are_told_by_name() -> None:
