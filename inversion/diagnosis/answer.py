@@ -14,6 +14,7 @@ import numpy as np
 from scipy.stats import norm
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes
+from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array
 from birdstrike.data.units import display, rounded
@@ -232,7 +233,10 @@ class Diagnosis(Displayed):
         return pd.DataFrame(rows)
 
     def plot(self, channel: str | None = None, axes: Axes | None = None, shot: str | None = None) -> Axes:
-        """The likeliest models' probabilities; with a channel, its record with the curves before and after."""
+        """The likeliest models' probabilities; with a channel, its record with the curves before and after.
+
+        shot: by name, the first by default. Raises UserError for a name that is not there.
+        """
         on = own_axes(axes)
         if channel is None:
             first = self.effects[:LISTED][::-1]
@@ -240,13 +244,29 @@ class Diagnosis(Displayed):
             on.set_xlim(0.0, 1.0)
             on.set_xlabel("probability")
             return on
-        one = self.curves[shot or next(iter(self.curves))][channel]
+        name, one = self._curves_of(channel, shot)
+        if len(self.curves) > 1:
+            on.set_title(f"shot {name}", fontsize="small")
         looks = {"measured": {"marker": ".", "linestyle": "none", "color": "black"}, "before": {}, "after": {}}
         for key, look in looks.items():
             if np.isfinite(one[key]).any():
                 draw_curves(on, one["time"], one[key], channel, one["unit"], label=key, **look)
         on.legend(fontsize="small")
         return on
+
+    def _curves_of(self, channel: str, shot: str | None) -> tuple[str, Mapping[str, Any]]:
+        """A shot's name, of the first where none is given, and the columns of one of its channels."""
+        if not self.curves:
+            raise UserError(
+                "a diagnosis that was read from diagnosis.json has no curves: they are in the CSV files beside it; "
+                "diagnose with the same folder has them, and simulates nothing again"
+            )
+        name = next(iter(self.curves)) if shot is None else shot
+        if name not in self.curves:
+            raise UserError(f'no shot "{name}"; the shots are: {", ".join(self.curves)}')
+        if channel not in self.curves[name]:
+            raise UserError(f'shot {name} has no channel "{channel}"; its channels: {", ".join(self.curves[name])}')
+        return name, self.curves[name][channel]
 
     def draw(self) -> tuple[Any, ...]:
         """The probabilities, and the first channel where the curves are at hand."""

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from birdstrike.data.curves import LONGEST, Measured, shot_names
+from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, NO_RESIDUAL, Diagnosis, _errors, errors, provenance
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, curve_files, described, diagnose
 from birdstrike.inversion.diagnosis.model_file import model_table
@@ -127,6 +129,23 @@ def test_the_page_to_play_with_and_the_cards_say_whose_bird_they_have(found: Dia
     assert "The records are simulated, not measured: slow, fast." in said
     assert "The bird is that of shot slow; every shot has its own" in said
     assert "the bird is that of shot slow; every shot has its own" in read_diagnosis(out).said
+
+
+def test_a_picture_names_its_shot_and_what_is_not_there(found: Diagnosis) -> None:
+    """A shot that is not there was "KeyError: 'quick'", any curve of a diagnosis read from its file "StopIteration"."""
+    axes = [Figure().subplots() for _ in range(2)]
+    assert [found.plot(SIDE, axes[0]).get_title(), found.plot(CENTRE, axes[1], "fast").get_title()] == [
+        "shot slow",
+        "shot fast",
+    ]
+    for channel, shot_name, said in (
+        (SIDE, "quick", 'no shot "quick"; the shots are: slow, fast'),
+        (CENTRE, "slow", f'shot slow has no channel "{CENTRE}"; its channels: {SIDE}'),
+    ):
+        with pytest.raises(UserError, match=said):
+            found.plot(channel, axes[0], shot_name)
+    with pytest.raises(UserError, match="has no curves"):
+        replace(found, curves={}).plot(SIDE, axes[0])
 
 
 def test_records_that_are_simulated_are_told_by_name() -> None:
