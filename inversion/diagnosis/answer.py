@@ -132,9 +132,13 @@ def errors(before: Mapping[str, Any], after: Mapping[str, Any] | None) -> tuple[
 
 
 def shot_with(shots: Sequence[Mapping[str, Any]], model: str) -> Mapping[str, Any]:
-    """The first of the shots of diagnosis.json in which a model's effect acts; model: "" or `none` act in all."""
-    alone = label_parts(model)[2]
-    return next(one for one in shots if alone in ("", one["name"]))
+    """The first of the shots of diagnosis.json in which a model's effect acts; model: "" or `none` act in all.
+
+    Of a fault of one sensor the first whose record has that sensor.
+    """
+    _, place, alone = label_parts(model)
+    acting = [one for one in shots if alone in ("", one["name"])]
+    return next((one for one in acting if place and place in one["before"]["rmse"]), acting[0])
 
 
 @dataclass(frozen=True, repr=False)
@@ -458,7 +462,9 @@ def _named(found: Diagnosis, name: str) -> str:
 
 
 def _errors(found: Diagnosis) -> str:
-    """Of the first sensor in its unit, and of all by what noise and model error explain, in a shot that has the effect.
+    """Of one sensor in its unit, and of all by what noise and model error explain, in a shot that has the effect.
+
+    The sensor is that of a fault of one sensor, else the first.
 
     A baseline's model error, which the shot shares, may stand against the effect: then the plain error grows while the
     record agrees better with what is expected of it; so the error is told less what the baseline shows. The misfit of
@@ -469,7 +475,9 @@ def _errors(found: Diagnosis) -> str:
     shot = shot_with(found.shots, found.after.model)
     before, after = errors(shot["before"], shot["after"])
     assert after is not None, "every shot has a state after where the first has one"
-    first, where = next(iter(before["rmse"])), f" in shot {shot['name']}" if len(found.shots) > 1 else ""
+    place = label_parts(found.after.model)[1]
+    first = place if place in before["rmse"] else next(iter(before["rmse"]))
+    where = f" in shot {shot['name']}" if len(found.shots) > 1 else ""
     beside = before["rmse_less_baseline"]
     key, words = ("rmse_less_baseline", ", less what the baseline shows,") if beside else ("rmse", "")
     unit = found.noise["sensors"][first]["unit"]

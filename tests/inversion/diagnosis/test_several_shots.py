@@ -292,3 +292,19 @@ def test_a_held_out_record_has_not_what_one_of_several_shots_has(named_badly: tu
     assert held["after"] < 1.5
     assert "<td>the record of --heldout</td>" in page
     assert not any("held-out record is predicted worse" in one for one in found.warnings)
+
+
+def test_a_fault_of_a_sensor_that_the_first_shot_lacks_is_told_where_it_is(tmp_path: Path) -> None:
+    """The error was told of another sensor, in the shot without it, where it "rises from 0.0138 to 0.0139 mm"; the
+    corrected case was of that shot."""
+    slow, fast = shot("slow", 80.0, 1, SIDE), shot("fast", 110.0, 2, SIDE, CENTRE)
+    wrong = replace(fast, channels={**fast.channels, CENTRE: 1.06 * fast.channels[CENTRE]})
+    with few_simulations(sought=("plate_thickness",)) as patch:
+        patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
+        found = diagnose([tiny(), FAST], [slow, wrong], tmp_path, baseline=[shot("clean", 80.0, 3, CENTRE, SIDE)])
+    assert found.after is not None
+    assert found.after.model == f"sensor_gain.{CENTRE}"
+    assert "the error at displacement centre in shot fast, less what the baseline shows, falls" in _errors(found)
+    corrected = load_case(tmp_path / (found.case_after or ""))
+    assert corrected.impact.speed == pytest.approx(FAST.impact.speed)
+    assert corrected.instrument[CENTRE].gain == pytest.approx(1.06, abs=0.01)
