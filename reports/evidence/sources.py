@@ -77,6 +77,8 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     points = [*told, *([] if report else [f"no report.html in {folder.name}: make it with birdstrike report"])]
     if parts.diagnosis is None:
         points.append("no diagnosis: whether an effect is missing from the model was not asked")
+    else:
+        points += not_enclosed(read_json(parts.diagnosis / "diagnosis.json"))
     return Sources(
         folder,
         parts.inversion,
@@ -90,6 +92,22 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
         report,
         tuple(points),
     )
+
+
+def not_enclosed(found: Mapping[str, Any]) -> list[str]:
+    """Which records a diagnosis rests on that no archive of its inversion has.
+
+    found: content of diagnosis.json, which has their names and not their places.
+    """
+    names = [f"shot {name}" for name in found["record"].get("shots", [])[1:]]
+    names += [f"baseline {name}" for name in (found["baseline"] or {}).get("shots", [])]
+    names += ["the held-out one"] * ("shot" in found["held_out"])
+    if not names:
+        return []
+    return [
+        f"the diagnosis rests on further records ({', '.join(names)}), which are not in this archive: keep them and "
+        "their cases with it; the command repeats the calibration alone"
+    ]
 
 
 def _case(cases: Sequence[Path], held: Path, campaign: Path) -> Case:
