@@ -47,7 +47,7 @@ def test_a_word_that_is_no_choice_is_told_in_plain_words() -> None:
     assert "Invalid value for '--to': 'foo' is not one of 'lsdyna', 'radioss'." in said
 
 
-def test_an_option_of_one_value_given_twice_is_refused_and_one_of_several_is_not() -> None:
+def test_a_second_record_is_refused_by_a_command_that_takes_one() -> None:
     """`close-the-loop CASE --measured a.csv --measured b.csv` answered for b.csv alone."""
     words = ["--measured", "nowhere_1.csv", "--measured", "nowhere_2.csv", "--out", "nowhere"]
     refused = CliRunner().invoke(app, ["close-the-loop", "demo_rig", *words])
