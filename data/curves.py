@@ -97,6 +97,27 @@ class Measured:
         return self.time[given], self.channels[channel][given]
 
 
+def only_channels(records: Sequence[Measured], channels: Sequence[str]) -> list[Measured]:
+    """Several shots' records, each with those of these channels that it has, all where none is named.
+
+    Raises MeasuredError for a channel that no record has, and for a record that has none of them.
+    """
+    if len(records) == 1:
+        return [records[0].only(channels)]
+    held = dict.fromkeys(name for one in records for name in one.channels)
+    unknown = [name for name in channels if name not in held]
+    errors = [f'--channels: no record has a channel "{name}"; their channels: {", ".join(held)}' for name in unknown]
+    errors += [
+        f"--channels: {one.path} has none of {', '.join(channels)}; its channels: {', '.join(one.channels)}; "
+        "name one of them too, or leave the record out"
+        for one in records
+        if channels and not unknown and not any(name in one.channels for name in channels)
+    ]
+    if errors:
+        raise MeasuredError(errors)
+    return [one.only([name for name in channels if name in one.channels]) for one in records]
+
+
 def refuse_twice(given: Sequence[tuple[str, Measured]]) -> None:
     """Raise UserError where one record is given twice: it would halve its noise, or explain or test itself.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from birdstrike.data.key_labels import key_labels
@@ -21,6 +21,14 @@ def quantity(value: float, si_unit: str, digits: int = 3) -> str:
 def span(low: float, high: float, si_unit: str, digits: int = 3) -> str:
     """Two SI values with their unit once: "555 .. 643 Pa s"."""
     return f"{rounded(display(low, si_unit)[0], digits)} .. {quantity(high, si_unit, digits)}"
+
+
+def provenance(shots: Sequence[str], simulated: Sequence[str]) -> str:
+    """ "The record is measured"; where only some of several shots are simulated, these by name."""
+    some = simulated if 0 < len(simulated) < len(shots) else []
+    records, be = ("records", "are") if len(some or shots) > 1 else ("record", "is")
+    which = f" of {', '.join(some)}" if some else ""
+    return f"The {records}{which} {be} {'simulated, not measured' if simulated else 'measured'}"
 
 
 def runs_near_the_fits(refinement: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, as_measured, read_histories, refuse_twice, write_histories
+from birdstrike.data.curves import Measured, as_measured, only_channels, read_histories, refuse_twice, write_histories
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
@@ -160,7 +160,8 @@ def train_and_invert(
     retry = more.retry or retry_before(more.retry_failed)
     if more.mesh_correction:
         _refuse_second_mesh(more, forward)
-    pairs = _with_cases(_listed(measured), cases)
+    records = only_channels([as_measured(one) for one in _listed(measured)], more.channels)
+    pairs = _with_cases(records, cases)
     report, share = progress or silent, 0.5 if more.mesh_correction else 0.0
     call = _Call(folders, folder, options, more, forward, retry)
     shots = [call.shot(*pair, _share(report, i, len(pairs), share)) for i, pair in enumerate(pairs)]
@@ -318,10 +319,10 @@ class _Call:
         run: Forward = self.forward or StoredSolver(case, RunStore(self.out / "runs"), stores, retry=self.retry)
         return FilteredForward(run, self.more.filter) if self.more.filter else run
 
-    def shot(self, record: Record, case: One | Case | None, progress: Progress) -> Shot:
+    def shot(self, read: Measured, case: One | Case | None, progress: Progress) -> Shot:
         """A record with the campaign of its case."""
         dataset, base, campaign = _campaign(self.folders, case)
-        read, more = as_measured(record).only(self.more.channels), self.more
+        more = self.more
         if more.filter:
             dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
         solver, own = self.solver(base), self.options.of_case(base)

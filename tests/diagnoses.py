@@ -64,7 +64,7 @@ def diagnosis(*effects: EffectFigures, **figures: Any) -> Diagnosis:
         "strikes": {},
         "warnings": (),
         "refused": {},
-        "record": {"path": "shot", "simulated": True, "shots": ["shot"]},
+        "record": {"path": "shot", "simulated": False, "shots": ["shot"], "simulated_shots": []},
         "sentence": "Said of it",
     }
     return Diagnosis(**(plain | figures))

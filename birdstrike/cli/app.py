@@ -7,9 +7,10 @@ import sys
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
-from typing import Annotated, cast
+from typing import Annotated, Any, cast
 
 import typer
+from typer.core import TyperCommand
 
 from birdstrike.cli.frame import print_json
 from birdstrike.data.errors import UserError
@@ -38,6 +39,8 @@ COMMANDS = (
 )
 RESERVED = {"import": "import_curve"}
 """Commands whose name Python keeps for itself."""
+RECORDS = ("--measured", "--heldout")
+"""Options that name a record."""
 
 
 def module_of(command: str) -> str:
@@ -53,6 +56,24 @@ _said = typer.BadParameter.format_message
 # typer has pydantic read words, whose sentence begins with its own name for what went wrong
 setattr(typer.BadParameter, "format_message", lambda error: _said(error).replace("Value error, ", "", 1))  # noqa: B010
 
+
+class RecordsCommand(TyperCommand):
+    """A command that refuses a second record where it takes one: the last would count, without a word.
+
+    Of other options the last counts, as is usual, so that scripts can override their own.
+    """
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """As the base class, which takes the last of the values."""
+        if args and not ctx.resilient_parsing:
+            order = self.make_parser(ctx).parse_args(args=list(args))[2]
+            single = [one.opts[0] for one in order if not getattr(one, "multiple", False)]
+            for name in RECORDS:
+                if (times := single.count(name)) > 1:
+                    ctx.fail(f"{name} was given {times} times, and {ctx.info_name} takes one; leave the others out")
+        return super().parse_args(ctx, args)
+
+
 app = typer.Typer(
     name="birdstrike",
     help="Bird parameters from one instrumented shot, with 95 % intervals.",
@@ -62,7 +83,7 @@ app = typer.Typer(
 )
 
 for _name in COMMANDS:
-    app.command(_name)(import_module(f"birdstrike.cli.{module_of(_name)}").command)
+    app.command(_name, cls=RecordsCommand)(import_module(f"birdstrike.cli.{module_of(_name)}").command)
 
 
 def _print_version(wanted: bool) -> None:

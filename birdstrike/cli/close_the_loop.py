@@ -39,7 +39,9 @@ class LoopTrainer(StrEnum):
 @framed
 def command(
     case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
-    measured: Annotated[str, typer.Option(help="Measured-data CSV, or the name of a shipped curve.")],
+    measured: Annotated[
+        str, typer.Option(help="Measured-data CSV of one shot, or the name of a shipped curve; of several: diagnose.")
+    ],
     out: Annotated[Path, typer.Option(help="Folder of the loop; run again to resume.")],
     design: Annotated[
         str, typer.Option(help="uniform, orthogonal, lhs, sobol, or a CSV file of runs.", metavar="NAME|FILE")

@@ -148,7 +148,9 @@ def shown(label: str) -> AbstractContextManager[Callable[[float], None]]:
 
 def lines(found: Diagnosis) -> Iterator[str]:
     """What stands above the table: provenance, model error, the verdict in words."""
-    if found.record["simulated"]:
+    if len(found.shots) > 1:
+        yield f"{found.provenance}: {', '.join(found.record['shots'])}"
+    elif found.record["simulated"]:
         yield f"record: {found.record['path']} is simulated, not measured"
     yield f"model-form error: {found.discrepancy['source']}"
     yield found.conclusion

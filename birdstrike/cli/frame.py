@@ -54,7 +54,10 @@ RetryFailed = Annotated[
     bool, typer.Option("--retry-failed", help="Run again what is on record as failed; each failed run once.")
 ]
 Channels = Annotated[
-    str, typer.Option("--channels", metavar="NAME,...", help="Channels of the record that are used; all by default.")
+    str,
+    typer.Option(
+        "--channels", metavar="NAME,...", help="Channels that are used, of each record those it has; all by default."
+    ),
 ]
 ShotRecords = Annotated[
     list[str],

@@ -162,8 +162,16 @@ def magnitude_of(ranking: Ranking, label: str) -> tuple[float, tuple[float, floa
     begin, middle, end = standing.fit.tester.quantiles(evidence)
     h = mean if standing.own or begin < mean < end else middle
     ends = [one.magnitude(x) for x in (min(begin, mean), max(end, mean))]
-    at_bound = abs(h) > 0.9 * high and (end > 0.95 * high or (not one.one_sided and begin < 0.95 * low))
-    return one.magnitude(h), (min(ends), max(ends)), at_bound
+    return one.magnitude(h), (min(ends), max(ends)), reaches_limit(h, (begin, end), one.limits)
+
+
+def reaches_limit(h: float, interval: tuple[float, float], limits: tuple[float, float]) -> bool:
+    """Whether a size of response, and the end of its interval on that side, are those of the largest looked at.
+
+    limits: of a response that bends not alike on both sides; the lower is 0 of an effect that cannot be negative.
+    """
+    (begin, end), (low, high) = interval, limits
+    return (h > 0.9 * high and end > 0.95 * high) or (h < 0.9 * low < 0.0 and begin < 0.95 * low)
 
 
 def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: SolverRun | None) -> State:

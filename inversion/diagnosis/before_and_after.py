@@ -21,6 +21,7 @@ from birdstrike.inversion.diagnosis.ranking import Fit, Problem, each
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Record, Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, build
+from birdstrike.inversion.formatting import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
 
@@ -76,9 +77,9 @@ def parts(shots: Sequence[Shot], alike: bool) -> list[tuple[str, tuple[Shot, ...
     found = []
     for shot in measured:
         suffix = f" of {shot.name}" if len(measured) > 1 else ""
-        end = float(shot.setup.time[-1])
-        inside = (shot.record.middle > BLOCK[0] * end) & (shot.record.middle < BLOCK[1] * end)
-        found.append((f"time_block{suffix}", _with(shots, shot, masked(shot, ~inside)), (shot, inside)))
+        inside = _block(shot)
+        if inside.sum() >= FEWEST:
+            found.append((f"time_block{suffix}", _with(shots, shot, masked(shot, ~inside)), (shot, inside)))
         if len(shot.channels) > 1:
             for i, channel in enumerate(shot.channels):
                 of = shot.record.channel == i
@@ -88,6 +89,13 @@ def parts(shots: Sequence[Shot], alike: bool) -> list[tuple[str, tuple[Shot, ...
             rest = tuple(one for one in shots if one is not shot)
             found.append((f"shot {shot.name}", rest, (shot, np.ones(len(shot.record.values), dtype=bool))))
     return found
+
+
+def _block(shot: Shot) -> np.ndarray:
+    """(n,) which points lie in the stretch of time that is held out; of a record that ends in it, of its own time."""
+    end, last = float(shot.setup.time[-1]), max(float(trace.times[-1]) for trace in shot.record.traces)
+    end = last if last < BLOCK[1] * end else end
+    return (shot.record.middle > BLOCK[0] * end) & (shot.record.middle < BLOCK[1] * end)
 
 
 def _with(shots: Sequence[Shot], old: Shot, new: Shot) -> tuple[Shot, ...]:
@@ -138,7 +146,7 @@ def blind(effect: Suspect) -> set[str]:
 def told_parts(effect: Suspect, held: Sequence[Held]) -> list[Held]:
     """The parts held out of which an effect's model tells something."""
     untold = blind(effect)
-    return [one for one in held if one.name.split(" of ")[0] not in untold]
+    return [one for one in held if one.name.removesuffix(f" of {one.shot}") not in untold]
 
 
 def predicts_better(effect: Suspect, before: Sequence[Held], after: Sequence[Held]) -> bool:
@@ -257,8 +265,11 @@ def rms_by_channel(shot: Shot, residual: Array) -> dict[str, float]:
 
 
 def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, first: Shot) -> Held:
-    """A record of the first shot's case that nothing was fitted to, predicted with the first shot's parameters."""
-    members = tuple(replace(one, shots=(*one.shots, heldout.name)) for one in model.members)
+    """A record of the first shot's case that nothing was fitted to, predicted with the first shot's parameters.
+
+    It has the effects of the rig and its instruments, and none that a single one of several shots has for itself.
+    """
+    members = tuple(replace(one, shots=() if label_parts(one.label)[2] else (heldout.name,)) for one in model.members)
     curve = predicted(heldout, replace(model, members=members), *estimate(first, model, fit))
     expected = expected_residual(first, problem, model, fit)
     mean, sd = np.empty(len(curve)), np.empty(len(curve))

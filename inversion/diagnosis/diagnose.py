@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from birdstrike.data.curves import LONGEST, Measured, as_measured, refuse_twice, shot_names
+from birdstrike.data.curves import LONGEST, Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.tree import save_tree
@@ -26,7 +26,7 @@ from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_pla
 from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import NearFits, with_runs
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
-from birdstrike.inversion.formatting import span
+from birdstrike.inversion.formatting import quantity, span
 from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, Diagnosis
 from birdstrike.solver.case.case import Case, CaseSource, Parameter, as_case, case_hash
@@ -80,7 +80,8 @@ def diagnose(
         Shots of the rig in which nothing is suspected (none: those that the first case names in
         `diagnosis.baselines`); a case for each in order, or none at all: they are of the first case.
     channels : sequence of str
-        Channels of the records that are used, all where none is named; of baselines and `heldout` the same.
+        Channels of the records that are used, of each those that it has, all where none is named; of baselines and
+        `heldout` the same.
     baseline_bird : {'auto', 'same', 'recipe', 'other'}, optional
         What is known of the birds of all shots, baselines included: of one batch, cast and shot alike; of one recipe;
         unlike; `auto`: nothing, the records decide. By default the first case's `diagnosis.baseline_bird`.
@@ -109,7 +110,8 @@ def diagnose(
 
         def prepared(setups: Mapping[str, Setup]) -> Pipeline:
             own = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record) for one in shots)
-            beside = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
+            names = baseline_names(shots, clean)
+            beside = {name: (one.record, setups[case_hash(one.case)]) for name, one in zip(names, clean, strict=True)}
             used = tuple(dict.fromkeys(channel for shot in own for channel in shot.channels))
             return Pipeline(own, read_baselines(beside, used), choice, simulations, (*lost, *records.warnings))
 
@@ -119,9 +121,18 @@ def diagnose(
         found = pipeline.diagnosis(refinement, held)
     for i, (name, one) in enumerate(zip(case_files([one.name for one in shots]), shots, strict=True)):
         copy_case(one.case, folder, name, f"{Path(name).stem}/" if i else "")
-    simulated = any(one.record.simulated for one in shots)
-    record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
-    return write(replace(found, record=record), folder)
+    return write(replace(found, record=described(shots)), folder)
+
+
+def described(shots: Sequence[NamedRecord]) -> dict[str, Any]:
+    """`record` of diagnosis.json: path of the first, names of all, and which of them no instrument took."""
+    simulated = [one.name for one in shots if one.record.simulated]
+    return {
+        "path": str(shots[0].record.path),
+        "simulated": bool(simulated),
+        "shots": [one.name for one in shots],
+        "simulated_shots": simulated,
+    }
 
 
 @dataclass(frozen=True)
@@ -143,7 +154,9 @@ def read_records(
     channels: Sequence[str] = (),
 ) -> Records:
     """All records of a diagnosis, see `diagnose`; raises UserError for what does not fit, before any simulation."""
-    shots = [replace(one, record=one.record.only(channels)) for one in named_records(case, measured)]
+    named = named_records(case, measured)
+    kept = only_channels([one.record for one in named], channels)
+    shots = [replace(one, record=record) for one, record in zip(named, kept, strict=True)]
     other = None if heldout is None else as_measured(heldout)
     refuse(shots, other)
     other = None if other is None else other.only(tuple(shots[0].record.channels))
@@ -201,13 +214,15 @@ def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
 
 
 def apart(case: Case, first: Case) -> list[str]:
-    """Why two cases cannot be calibrated together: another rig, or parameters sought elsewhere."""
+    """Why two cases cannot be calibrated together: another rig, clock or sensor, or parameters sought elsewhere."""
     if case.plate != first.plate or case.target != first.target:
         return [
             f"case {case.name} has another plate or target (or mesh of it) than case {first.name}: shots that are "
             "diagnosed together are of one rig; extend one file for all and change [impact] and [bird] alone, or "
             "diagnose each rig by itself"
         ]
+    if differ := [*other_clock(case, first), *other_kinds(case, first)]:
+        return differ
     if case.parameters() == first.parameters():
         return []
     own, theirs = ({one.name: one for one in each.parameters()} for each in (case, first))
@@ -218,6 +233,28 @@ def apart(case: Case, first: Case) -> list[str]:
         f'inversion.parameters."{name}" is {sought(own.get(name))} in case {case.name} and {sought(theirs.get(name))} '
         f"in case {first.name}: shots share their parameters and the ranges of these; state them alike in both"
         for name in differ
+    ]
+
+
+def other_clock(case: Case, first: Case) -> list[str]:
+    """Where two cases differ in the instants that are simulated: model error is known at the same ones in all shots."""
+    alike = "shots that are diagnosed together are simulated at the same instants; state [time] alike in all, with the "
+    return [
+        f"time.{key} = {quantity(getattr(case.time, key), 's')} in case {case.name} and "
+        f"{quantity(getattr(first.time, key), 's')} in case {first.name}: {alike}longest end (a record may end earlier)"
+        for key in ("end", "output_interval")
+        if getattr(case.time, key) != getattr(first.time, key)
+    ]
+
+
+def other_kinds(case: Case, first: Case) -> list[str]:
+    """Sensors of two cases that share a name and no kind: one name is one channel in the answer."""
+    kinds = {name: (one.kind, first.sensors[name].kind) for name, one in case.sensors.items() if name in first.sensors}
+    return [
+        f"sensors.{name} is of kind {own} in case {case.name} and {theirs} in case {first.name}: a name stands for one "
+        "kind of sensor in shots that are diagnosed together; rename it in one case, and in its record"
+        for name, (own, theirs) in kinds.items()
+        if own != theirs
     ]
 
 
@@ -283,6 +320,19 @@ def stated_bird(choice: DiagnosisOptions, first: Case, given: str | None) -> str
     bird = given or (choice.baseline_bird if choice.baseline_bird != AUTO else first.diagnosis.baseline_bird)
     birds_apart(bird)
     return bird
+
+
+def baseline_names(shots: Sequence[NamedRecord], clean: Sequence[NamedRecord]) -> list[str]:
+    """What the baselines are called beside the shots, of which one may come from a file `baseline clean.csv`."""
+    taken = {one.name for one in shots}
+    found: list[str] = []
+    for one in clean:
+        name = f"baseline {one.name}"
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        found.append(name)
+    return found
 
 
 def channels_of(shots: Sequence[NamedRecord]) -> tuple[str, ...]:

@@ -33,6 +33,9 @@ BASELINE = "baseline"  # candidate's name of a clean shot
 CLEAN_SHOT = "a shot at the same rig in which nothing is changed, passed with --baseline"
 OWN_BIRD = "a shot at the same rig with a bird of the record's own recipe, nothing changed, passed with --baseline"
 LITTLE = 0.02  # of expected probability: a measurement that brings less is no advice
+SURE = 0.95
+"""Expected probability of the truth from which on sensors decide between models. Where they do not, all of these are
+doubtful: expected is what a record would tell if one of them were the truth."""
 POINTS = 60  # instants of a candidate
 
 
@@ -40,7 +43,8 @@ POINTS = 60  # instants of a candidate
 class Proposal:
     """channel: candidate's name; what: in words; expected, now: probability of the truth; candidates: best first.
 
-    needed: why nothing is attributed without it; empty of a measurement that only tells more.
+    needed: why nothing is attributed without it; empty of a measurement that only tells more. likeliest: share of the
+    likeliest of those compared, as the record has it.
     """
 
     channel: str
@@ -50,12 +54,20 @@ class Proposal:
     what: str
     candidates: tuple[Mapping[str, Any], ...] = field(default=())
     needed: str = ""
+    likeliest: float = 1.0
 
     @property
     def sentence(self) -> str:
         """For the user."""
         if self.needed:
             return f"add {self.what}: {self.needed}"
+        if self.expected - self.now < LITTLE and self.likeliest < SURE <= self.now:
+            return (
+                "no sensor that was compared would add much: if one of the likeliest models were right, these sensors "
+                f"would tell which (expected probability {self.now:.2f}), and they do not; what is missing may be none "
+                "of them, or simulations err by more than is taken: repeat with more particles and another --seed, and "
+                "look for what the case does not describe"
+            )
         if self.expected - self.now < LITTLE:
             return (
                 f"no measurement that was compared would add much; the best, {self.what}, raises the expected "
@@ -108,7 +120,8 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
         return None
     best, name, what = found[0]
     listed = tuple({"channel": n, "expected_probability": p, "what": w} for p, n, w in found)
-    return Proposal(name, separates, best, now, what, listed, needed)
+    likeliest = max(none, float(weights.max())) / (none + float(weights.sum()))
+    return Proposal(name, separates, best, now, what, listed, needed, likeliest)
 
 
 def _likeliest(ranking: Ranking, compared: list[str]) -> int:

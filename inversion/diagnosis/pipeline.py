@@ -211,8 +211,7 @@ class Pipeline:
         if chosen:
             held = {**held, chosen: told_parts(ranking.models[chosen].members[0], held[chosen])}
         shot, detectable = self.shots[0], minimum_detectable(ranking)
-        alone = label_parts(chosen or "")[2]
-        best = runs.get(f"{alone or shot.name} after")
+        best = runs.get(f"{self._shot_with(ranking, chosen)} after")
         figures = effect_figures(ranking, required, chosen if best else None)
         proposal = propose(ranking, shot, verdict != NO_RESIDUAL and of_another_bird(bird))
         found = Diagnosis(
@@ -251,6 +250,15 @@ class Pipeline:
             model=model_table(ranking, self.shots, {"before": NONE, **({"after": chosen} if chosen else {})}),
         )
         return replace(found, sentence=sentence_of(found))
+
+    def _shot_with(self, ranking: Ranking, chosen: str | None) -> str:
+        """Name of the first shot in which an effect acts; of a sensor's fault, that has the sensor in its record."""
+        if chosen is None:
+            return self.shots[0].name
+        one = ranking.models[chosen].members[0]
+        acting = [shot for shot in self.shots if shot.name in one.shots]
+        seen = [shot for shot in acting if one.fault and set(one.fault.sensors) & set(shot.channels)]
+        return (seen or acting)[0].name
 
     def _checked(self, ranking: Ranking, chosen: str | None) -> tuple[dict[str, SolverRun], dict[str, str]]:
         """The solver at the fits, before and after, in every shot."""
@@ -434,15 +442,19 @@ def _unpredicted(ranking: Ranking, effect: str, held: Mapping[str, Sequence[Held
 
 
 def _worse_held_out(effect: str, held: Mapping[str, Sequence[Held]]) -> list[str]:
-    """A warning where the effect predicts the record that the user held out worse; it is the last part."""
+    """A warning where the effect predicts the record that the user held out worse; it is the last part.
+
+    An effect that one of several shots has for itself is not the held-out record's: only its bird is another with it.
+    """
     before, after = held[NONE][-1], held[effect][-1]
     if after.score >= before.score:
         return []
+    wrong = "the effect is not what it is taken for"
+    reason = wrong if label_parts(effect)[2] else f"that shot has not the effect, or {wrong}"
     return [
         f"with {effect} the held-out record is predicted worse than without it (its residual is {after.error:.2f} and "
         f"{before.error:.2f} times the errors that each model expects, its log density lower by "
-        f"{before.score - after.score:.2g} a point): that shot has not the effect, or the effect is not what it is "
-        "taken for"
+        f"{before.score - after.score:.2g} a point): {reason}"
     ]
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, as_measured, refuse_twice, shot_names, write_measured
+from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_twice, shot_names, write_measured
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
 from birdstrike.data.files import write_json
@@ -197,7 +197,7 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
     read = [as_measured(one) for one in records]
     for record in read:
         record.refuse_dead_sensors()
-    read = [record.only(tuple(channels)) for record in read]
+    read = only_channels(read, channels)
     refuse_twice([("--measured", record) for record in read])
     setups = map(ShotSetup, shot_names(read), loaded, read)
     return tuple(sorted(setups, key=lambda setup: (setup.case.impact.speed, setup.name)))

@@ -52,6 +52,7 @@ def read_diagnosis(folder: Path) -> Learnt:
     said = (
         f"{likely} of the diagnosis' 95 % set by probability, {counts} draws of each from its posterior (joint in "
         "parameters and magnitudes)",
+        *([f"the bird is that of shot {shots[0].name}; every shot has its own"] if len(shots) > 1 else []),
     )
     return Learnt(
         "diagnose",

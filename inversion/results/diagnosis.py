@@ -14,7 +14,7 @@ import numpy as np
 from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
-from birdstrike.inversion.formatting import label_parts
+from birdstrike.inversion.formatting import label_parts, provenance
 from birdstrike.solver.case.case import Case
 
 if TYPE_CHECKING:
@@ -223,9 +223,20 @@ class Diagnosis(Displayed):
 
     @property
     def shown_shot(self) -> ShotStates:
-        """The first shot in which the effect of `after` acts: one of a single shot acts in no other."""
-        alone = label_parts(self.after.model if self.after else "")[2]
-        return next(one for one in self.shots if alone in ("", one.name))
+        """The first shot in which the effect of `after` acts: one of a single shot acts in no other.
+
+        Of a fault of one sensor the first whose record has that sensor.
+        """
+        _, place, alone = label_parts(self.after.model if self.after else "")
+        acting = [one for one in self.shots if alone in ("", one.name)]
+        return next((one for one in acting if place and place in one.before.rmse), acting[0])
+
+    @property
+    def provenance(self) -> str:
+        """Whether the records are measured, and of several which are simulated."""
+        shots = self.record["shots"]
+        simulated = self.record.get("simulated_shots", shots if self.record["simulated"] else [])
+        return provenance(shots, simulated)
 
     @property
     def units(self) -> dict[str, str]:
@@ -262,7 +273,10 @@ class Diagnosis(Displayed):
         return pd.DataFrame(rows)
 
     def plot(self, channel: str | None = None, axes: Axes | None = None, shot: str | None = None) -> Axes:
-        """The likeliest models' probabilities; with a channel, its record with the curves before and after."""
+        """The likeliest models' probabilities; with a channel, its record with the curves before and after.
+
+        shot: by name, the first by default. Raises UserError for a name that is not there.
+        """
         on = own_axes(axes)
         if channel is None:
             first = self.effects[:LISTED][::-1]
@@ -270,13 +284,29 @@ class Diagnosis(Displayed):
             on.set_xlim(0.0, 1.0)
             on.set_xlabel("probability")
             return on
-        one = self.curves[shot or next(iter(self.curves))][channel]
+        name, one = self._curves_of(channel, shot)
+        if len(self.curves) > 1:
+            on.set_title(f"shot {name}", fontsize="small")
         looks = {"measured": {"marker": ".", "linestyle": "none", "color": "black"}, "before": {}, "after": {}}
         for key, look in looks.items():
             if np.isfinite(one[key]).any():
                 draw_curves(on, one["time"], one[key], channel, one["unit"], label=key, **look)
         on.legend(fontsize="small")
         return on
+
+    def _curves_of(self, channel: str, shot: str | None) -> tuple[str, Mapping[str, Any]]:
+        """A shot's name, of the first where none is given, and the columns of one of its channels."""
+        if not self.curves:
+            raise UserError(
+                "a diagnosis that was read from diagnosis.json has no curves: they are in the CSV files beside it; "
+                "diagnose with the same folder has them, and simulates nothing again"
+            )
+        name = next(iter(self.curves)) if shot is None else shot
+        if name not in self.curves:
+            raise UserError(f'no shot "{name}"; the shots are: {", ".join(self.curves)}')
+        if channel not in self.curves[name]:
+            raise UserError(f'shot {name} has no channel "{channel}"; its channels: {", ".join(self.curves[name])}')
+        return name, self.curves[name][channel]
 
     def draw(self) -> tuple[Any, ...]:
         """The probabilities, and the first channel where the curves are at hand."""

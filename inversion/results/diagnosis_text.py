@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from birdstrike.data.units import display, rounded
-from birdstrike.inversion.formatting import in_words
+from birdstrike.inversion.formatting import in_words, label_parts
 from birdstrike.inversion.results.diagnosis import (
     ATTRIBUTED,
     LEAST_SHARE,
@@ -159,7 +159,9 @@ def _named(found: Diagnosis, name: str) -> str:
 
 
 def _errors(found: Diagnosis) -> str:
-    """Of the first sensor in its unit, and of all by what noise and model error explain, in a shot that has the effect.
+    """Of one sensor in its unit, and of all by what noise and model error explain, in a shot that has the effect.
+
+    The sensor is that of a fault of one sensor, else the first.
 
     A baseline's model error, which the shot shares, may stand against the effect: then the plain error grows while the
     record agrees better with what is expected of it; so the error is told less what the baseline shows. The misfit of
@@ -171,7 +173,9 @@ def _errors(found: Diagnosis) -> str:
     assert shot.after is not None, "every shot has a state after where the first has one"
     before, after = errors(shot.before, shot.after)
     assert after is not None
-    first, where = next(iter(before.rmse)), f" in shot {shot.name}" if len(found.shots) > 1 else ""
+    place = label_parts(found.after.model)[1]
+    first = place if place in before.rmse else next(iter(before.rmse))
+    where = f" in shot {shot.name}" if len(found.shots) > 1 else ""
     words = ", less what the baseline shows," if before.rmse_less_baseline else ""
     (old, shown_unit), (new, _) = (
         display((one.rmse_less_baseline or one.rmse)[first], found.units[first]) for one in (before, after)

@@ -15,6 +15,7 @@ from birdstrike.data.files import read_json
 from birdstrike.data.out_folder import maker_of
 from birdstrike.data.paths import resolve_measured
 from birdstrike.doe.campaign.folder import CampaignFolder
+from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import OPTIONS_FILE
 from birdstrike.reports.results.parts import find_parts
@@ -77,6 +78,8 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     points = [*told, *([] if report else [f"no report.html in {folder.name}: make it with birdstrike report"])]
     if parts.diagnosis is None:
         points.append("no diagnosis: whether an effect is missing from the model was not asked")
+    else:
+        points += not_enclosed(Diagnosis.read(parts.diagnosis / "diagnosis.json"))
     return Sources(
         folder,
         parts.inversion,
@@ -90,6 +93,19 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
         report,
         tuple(points),
     )
+
+
+def not_enclosed(found: Diagnosis) -> list[str]:
+    """Which records a diagnosis rests on that no archive of its inversion has; their places are not in its file."""
+    names = [f"shot {one.name}" for one in found.shots[1:]]
+    names += [f"baseline {name}" for name in (found.baseline or {}).get("shots", [])]
+    names += ["the held-out one"] * ("shot" in found.held_out)
+    if not names:
+        return []
+    return [
+        f"the diagnosis rests on further records ({', '.join(names)}), which are not in this archive: keep them and "
+        "their cases with it; the command repeats the calibration alone"
+    ]
 
 
 def _case(cases: Sequence[Path], held: Path, campaign: Path) -> Case:

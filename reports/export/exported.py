@@ -158,9 +158,17 @@ def _of_diagnosis(path: Path, case: str | Path | None) -> Export:
     model = "with its likeliest effect" if found.after else "without effects"
     source = (
         f"Fitted by the diagnosis ({path.name}), {model}.",
+        *_records(found),
         f"Case {case_hash(declared)}: {_impact(declared)}.",
     )
     return Export((ExportedBird("inverted", bird.material, bird.actual_density, tuple(known)),), source)
+
+
+def _records(found: Diagnosis) -> tuple[str, ...]:
+    """What a diagnosis was made of, and of several shots whose bird is written."""
+    said = f"{found.provenance}: {', '.join(found.record['shots'])}."
+    first, *others = found.record["shots"]
+    return (said, f"The bird is that of shot {first}; every shot has its own (`shots` there).") if others else (said,)
 
 
 def _estimate(one: Mapping[str, Any]) -> Estimate:

@@ -48,9 +48,8 @@ def page(results: DiagnosisResults) -> str:
     """The page as HTML text; nothing in it points outside."""
     made: list[Section] = [make(results) for make in SECTIONS]
     record = ", ".join(results.curves)
-    kind = "simulated, not measured" if results.found.record["simulated"] else "measured"
     return rendered(
         title=f"Diagnosis of {record}",
-        subtitle=f"The record is {kind}; every model curve is simulated by birdstrike.",
+        subtitle=f"{results.found.provenance}; every model curve is simulated by birdstrike.",
         sections=made,
     )

@@ -7,6 +7,7 @@ from pathlib import Path
 from birdstrike.data.curves import read_histories, read_measured
 from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Histories
+from birdstrike.inversion.formatting import provenance
 from birdstrike.inversion.models.results import read_comparison
 from birdstrike.reports.figures.switches import CALIBRATED, COLOURS, PUBLISHED, RECORD
 from birdstrike.reports.page.render import rendered
@@ -46,10 +47,11 @@ def write_models_page(folder: str | Path) -> Path:
 
 def page(results: ModelsResults) -> str:
     """The page as HTML text; nothing in it points outside."""
-    kind = "simulated, not measured" if results.content["simulated"] else "measured"
+    simulated = [shot for shot, record in results.records.items() if record.simulated]
+    known = provenance(list(results.records), simulated)
     return rendered(
         title=f"Bird models calibrated to {len(results.records)} shot{'s' if len(results.records) > 1 else ''}",
-        subtitle=f"The records are {kind}; every model curve is simulated by birdstrike.",
+        subtitle=f"{known}; every model curve is simulated by birdstrike.",
         sections=[make(results) for make in SECTIONS],
         switches=[{"key": k, "title": v, "colour": COLOURS[k], "dashes": "none"} for k, v in SWITCHES.items()],
     )

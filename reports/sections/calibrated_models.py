@@ -141,18 +141,18 @@ def _pairs(results: ModelsResults, model: Mapping[str, Any]) -> Iterator[tuple[s
 def curves_section(results: ModelsResults) -> Section:
     """The solver's curves beside each record; switches hide the calibrated or the published ones."""
     blocks = []
-    kind = "simulated" if results.content["simulated"] else "measured"
     for shot, record in results.records.items():
         channels = {name: record.units[name] for name in list(record.channels)[:MOST_CHANNELS]}
         left = len(record.channels) - len(channels)
-        more = f"; {left} more channels are in the table of errors in models.json" if left else ""
+        others = f"{left} more channel{'s are' if left > 1 else ' is'}"
+        more = f"; {others} in the table of errors in models.json" if left else ""
         figure = curves_figure(
             channels,
             (record.time, record.channels),
             results.calibrated[shot],
             results.published[shot],
             results.ranked,
-            f"record ({kind})",
+            f"record ({'simulated' if record.simulated else 'measured'})",
         )
         words = f"Shot {results.title(shot)}: heavy lines calibrated, thin lines published constants{more}."
         blocks.append(drawing(f"curves-{shot}", figure, words))

@@ -21,6 +21,7 @@ from birdstrike.reports.figures.diagnosis import curves_figure, probability_figu
 from birdstrike.reports.sections.summary import signed
 from birdstrike.solver.case.effects import SHOWN, shown
 
+HELDOUT = "the record of --heldout"
 MOST_ROWS, MOST_WARNINGS, MOST_PAIRS = 12, 5, 5
 
 
@@ -85,7 +86,12 @@ def errors_section(results: DiagnosisResults) -> Section:
         blocks.append(drawing(f"curves-{shot.name}", curves_figure(results.curves[shot.name], units), words))
         blocks.append(_errors(shot, units))
     held = tuple(
-        (name.replace("_", " "), two(one["before"]), two(one["after"]), gained(one.get("gain")))
+        (
+            HELDOUT if name == "shot" else name.replace("_", " "),
+            two(one["before"]),
+            two(one["after"]),
+            gained(one.get("gain")),
+        )
         for name, one in found.held_out.items()
     )
     if held:
@@ -95,7 +101,7 @@ def errors_section(results: DiagnosisResults) -> Section:
             "in log density a point, in which both count; above 0 the effect predicts better."
         )
         blocks.append(Table(("held out", "before", "after", "gain"), held, words, frozenset({1, 2, 3})))
-    blocks.append(_parameters(found))
+    blocks += [_parameters(shot, len(found.shots) > 1) for shot in found.shots]
     return Section("errors", "Diagnosis: error and parameters before and after", tuple(blocks))
 
 
@@ -125,12 +131,13 @@ def _errors(shot: ShotStates, units: Mapping[str, str]) -> Table:
     return Table(head, tuple(rows), words, frozenset(range(1, len(head))))
 
 
-def _parameters(found: Diagnosis) -> Table:
-    """Calibrated parameters before and after; their difference is the bias."""
-    before, after = found.before.parameters, found.after.parameters if found.after else {}
+def _parameters(shot: ShotStates, several: bool) -> Table:
+    """Calibrated parameters of a shot's bird before and after; their difference is the bias. several: shots."""
+    before, after = shot.before.parameters, shot.after.parameters if shot.after else {}
+    whose = f"The bird of shot {shot.name}: calibrated parameters" if several else "Calibrated parameters"
     if not after:
         rows = tuple((plain(name, before), _interval(entry)) for name, entry in before.items())
-        return Table(("parameter", "calibrated"), rows, "Calibrated parameters with 95 % intervals.")
+        return Table(("parameter", "calibrated"), rows, f"{whose} with 95 % intervals.")
     rows = tuple(
         (
             plain(name, before),
@@ -141,8 +148,8 @@ def _parameters(found: Diagnosis) -> Table:
         for name, entry in before.items()
     )
     words = (
-        "Calibrated parameters with 95 % intervals. Bias: by how much the parameter was wrong because the model had to "
-        "imitate the missing effect."
+        f"{whose} with 95 % intervals. Bias: by how much the parameter was wrong because the model had to imitate the "
+        "missing effect."
     )
     return Table(("parameter", "before", "after", "bias before"), rows, words)
 
@@ -195,8 +202,9 @@ def basis_section(results: DiagnosisResults) -> Section:
         )
         for name, entry in found.noise["sensors"].items()
     )
+    of = "each sensor in the first shot that has it" if len(found.shots) > 1 else "the record"
     words = (
-        "Noise of the record; share of emulator and mesh in the whole error; and the time from which on the curve "
+        f"Noise of {of}; share of emulator and mesh in the whole error; and the time from which on the curve "
         "carries no information, because the model error has grown threefold."
     )
     head = ("sensor", "noise", "source", "points", "numerical share", "uninformative from")

@@ -47,6 +47,18 @@ def test_a_word_that_is_no_choice_is_told_in_plain_words() -> None:
     assert "Invalid value for '--to': 'foo' is not one of 'lsdyna', 'radioss'." in said
 
 
+def test_a_second_record_is_refused_by_a_command_that_takes_one() -> None:
+    """`close-the-loop CASE --measured a.csv --measured b.csv` answered for b.csv alone."""
+    words = ["--measured", "nowhere_1.csv", "--measured", "nowhere_2.csv", "--out", "nowhere"]
+    refused = CliRunner().invoke(app, ["close-the-loop", "demo_rig", *words])
+    said = " ".join(refused.output.replace("│", " ").split())
+    assert refused.exit_code == 1
+    assert "--measured was given 2 times, and close-the-loop takes one" in said
+    several = CliRunner().invoke(app, ["diagnose", "demo_rig", *words])
+    assert several.exit_code == 1
+    assert "nowhere_1.csv" in several.output
+
+
 def test_asking_for_help_loads_nothing_heavy() -> None:
     ended = in_python(
         f"from birdstrike.cli.app import app\ntry: app(['--help'])\nexcept SystemExit: pass\n"

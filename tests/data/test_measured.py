@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from birdstrike.data.curves import Measured, read_measured, write_measured
+from birdstrike.data.curves import Measured, only_channels, read_measured, write_measured
 from birdstrike.data.errors import MeasuredError
 
 GOOD = """# Gauge 3 of the door panel, shot 12
@@ -151,3 +151,22 @@ def test_a_dead_sensor_is_told(tmp_path: Path) -> None:
     path.write_text("time [ms],displacement_centre [mm]\n0,0\n1,0\n2,0\n")
     with pytest.raises(MeasuredError, match="is zero everywhere: a dead sensor"):
         read_measured(path).refuse_dead_sensors()
+
+
+def test_each_of_several_records_keeps_those_of_the_channels_that_it_has() -> None:
+    """A laser that one shot of a series lacks kept every other channel of that shot from being left out."""
+    time = np.array([0.0, 1e-3, 2e-3])
+
+    def record(name: str, *channels: str) -> Measured:
+        return Measured(time, dict.fromkeys(channels, time), {}, dict.fromkeys(channels, "m"), (), f"{name}.csv")
+
+    both, single = record("both", "laser", "centre", "gauge"), record("single", "centre", "gauge")
+    kept = only_channels([both, single], ("laser", "centre"))
+    assert [list(one.channels) for one in kept] == [["laser", "centre"], ["centre"]]
+    assert only_channels([both, single], ()) == [both, single]
+    with pytest.raises(MeasuredError, match='no record has a channel "lazer"; their channels: laser, centre, gauge'):
+        only_channels([both, single], ("lazer", "centre"))
+    with pytest.raises(MeasuredError, match=r"single\.csv has none of laser; .* or leave the record out"):
+        only_channels([both, single], ("laser",))
+    with pytest.raises(MeasuredError, match=r'single\.csv has no channel "laser"'):
+        only_channels([single], ("laser",))

@@ -14,7 +14,7 @@ from birdstrike.data.tree import load_tree
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.formatting import label_parts
-from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis, EffectFigures
+from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis, EffectFigures, ShotStates
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
 from birdstrike.solver.case.case import Case, load_case
@@ -43,7 +43,7 @@ def read(folder: Path) -> tuple[View]:
     first = model["systems"][model["shots"][0]["system"]]
     view = View(
         title="Diagnosis",
-        headline=found.conclusion,
+        headline=found.conclusion + _whose(names),
         parameters=[
             parameter(one["name"], one["unit"], one["low"], one["high"], told[one["name"]], one["log"], told)
             for one in parameters
@@ -52,12 +52,32 @@ def read(folder: Path) -> tuple[View]:
         shots=[_shot(folder / file, shot) for file, shot in zip(curve_files(names), model["shots"], strict=True)],
         answers=[answer(one["name"], one["unit"], told[one["name"]], told) for one in parameters],
         effects=_effects(model["effects"], found, load_case(folder / CASE)),
-        presets=[preset(name, fit["theta"], fit["effects"]) for name, fit in fits.items()][::-1],
+        presets=_presets(fits, found.shots),
         runs=runs(first["runs"]["parameters"], first["time"], first["runs"]["curves"]),
         warnings=list(found.warnings),
         case=str(folder / CASE),
     )
     return (view,)
+
+
+def _whose(names: Sequence[str]) -> str:
+    """Of several shots, whose bird the parameters are."""
+    if len(names) < 2:
+        return ""
+    return f" The parameters are those of the bird of shot {names[0]}; every shot has a bird of its own (buttons)."
+
+
+def _presets(fits: Mapping[str, Mapping[str, Any]], shots: Sequence[ShotStates]) -> list[Table]:
+    """The fits, after before before; of several shots with the bird of each, that of the first leading."""
+    latest_first = list(fits.items())[::-1]
+    if len(shots) < 2:
+        return [preset(name, fit["theta"], fit["effects"]) for name, fit in latest_first]
+    return [
+        preset(f"{name}, {shot.name}", [one["value"] for one in state.parameters.values()], fit["effects"])
+        for name, fit in latest_first
+        for shot in shots
+        if (state := shot.after if name == "after" else shot.before)
+    ]
 
 
 def _shot(path: Path, shot: Mapping[str, Any]) -> Table:

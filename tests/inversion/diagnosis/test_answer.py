@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from birdstrike.inversion.diagnosis.answer import _meaning
+from birdstrike.inversion.diagnosis.answer import _meaning, reaches_limit
 from birdstrike.inversion.results.diagnosis import AMBIGUOUS, ATTRIBUTED, NO_RESIDUAL, UNEXPLAINED, EffectFigures
 from birdstrike.inversion.results.diagnosis_text import OPPOSITES, in_its_sense, magnitude_words, next_step, sentence_of
 from birdstrike.reports.sections.diagnosis import magnitude
@@ -77,6 +77,25 @@ def test_at_the_largest_looked_at_the_end_nearest_to_0_is_told_or_that_0_is_with
     at_bound = replace(figures("plate_thickness", interval), magnitude=size, at_bound=True, unit="m")
     assert magnitude_words(at_bound) == words
     assert magnitude(at_bound) == words
+
+
+@pytest.mark.parametrize(
+    ("h", "interval", "limits", "reached"),
+    [
+        (-4.12, (-4.12, -3.1), (-4.12, 5.0), True),
+        (4.12, (3.1, 4.3), (-4.12, 5.0), False),
+        (4.9, (3.1, 5.0), (-4.12, 5.0), True),
+        (-4.9, (-5.0, -4.0), (-5.0, 5.0), True),
+        (-2.0, (-5.0, -1.0), (-5.0, 5.0), False),
+        (0.0, (0.0, 1.0), (0.0, 5.0), False),
+    ],
+)
+def test_the_largest_looked_at_is_that_of_its_own_side(
+    h: float, interval: tuple[float, float], limits: tuple[float, float], reached: bool
+) -> None:
+    """A bird 8.5 m/s slower, the least looked at, was told with 95 % in -8.5 .. -6.08 m/s; it was 15 m/s slower: its
+    response bends, so that -8.5 m/s is of size -4.12 and +8.5 m/s of size 5."""
+    assert reaches_limit(h, interval, limits) is reached
 
 
 def test_a_magnitude_has_its_digits_and_none_is_plainly_0() -> None:

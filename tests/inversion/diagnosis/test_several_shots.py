@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from birdstrike.data.curves import LONGEST, Measured, shot_names
-from birdstrike.inversion.diagnosis.diagnose import curve_files, diagnose
+from birdstrike.data.errors import UserError
+from birdstrike.inversion.diagnosis.diagnose import NamedRecord, curve_files, described, diagnose
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.pipeline import _left_out
@@ -19,11 +21,14 @@ from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Record, Shot
 from birdstrike.inversion.diagnosis.system import Nearness, Places, _changed, _numerical, _trends
 from birdstrike.inversion.formatting import quantity
+from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NO_RESIDUAL, Diagnosis, errors
 from birdstrike.inversion.results.diagnosis_text import _errors
+from birdstrike.reports.explore.kinds.diagnosis import read
+from birdstrike.reports.export.exported import read_export
 from birdstrike.reports.page.diagnosis import write_diagnosis_page
 from birdstrike.solver.case.case import load_case
-from tests.diagnoses import state
+from tests.diagnoses import diagnosis, state
 from tests.inversion.diagnosis.rig import few_simulations, tiny
 from tests.inversion.diagnosis.test_late_and_slow import CENTRE, NOISE, SIDE, TIME, deflections, strike
 
@@ -106,6 +111,60 @@ def test_a_sensor_that_the_first_record_lacks_has_faults_and_a_place_on_the_page
     assert list(found.noise["sensors"]) == [SIDE, CENTRE]
     page = write_diagnosis_page(out).read_text(encoding="utf-8")
     assert "displacement centre" in page
+
+
+def test_the_page_has_the_bird_of_every_shot(found: Diagnosis, out: Path) -> None:
+    """Each shot has a bird of its own; the page had that of the first, and did not say whose it was."""
+    page = write_diagnosis_page(out).read_text(encoding="utf-8")
+    for one in found.shots:
+        table = page[page.index(f"The bird of shot {one.name}: calibrated parameters") :]
+        value = one.before.parameters["bird.material.viscosity"]["value"]
+        assert quantity(value, "Pa s") in table[: table.index("</table>")]
+    assert "Noise of each sensor in the first shot that has it" in page
+
+
+def test_the_page_to_play_with_and_the_cards_say_whose_bird_they_have(found: Diagnosis, out: Path) -> None:
+    """Both had the bird of the first shot alone, which is not that of the others, and did not say so."""
+    (view,) = read(out)
+    assert "those of the bird of shot slow" in view.headline
+    assert [one["name"] for one in view.presets] == ["after, slow", "after, fast", "before, slow", "before, fast"]
+    fast = found.shots[1].before.parameters["bird.material.viscosity"]["value"]
+    assert view.presets[3]["theta"] == pytest.approx([fast])
+    said = " ".join(read_export(out).source)
+    assert "The records are simulated, not measured: slow, fast." in said
+    assert "The bird is that of shot slow; every shot has its own" in said
+    assert "the bird is that of shot slow; every shot has its own" in read_diagnosis(out).said
+
+
+def test_a_picture_names_its_shot_and_what_is_not_there(found: Diagnosis) -> None:
+    """A shot that is not there was "KeyError: 'quick'", any curve of a diagnosis read from its file "StopIteration"."""
+    axes = [Figure().subplots() for _ in range(2)]
+    assert [found.plot(SIDE, axes[0]).get_title(), found.plot(CENTRE, axes[1], "fast").get_title()] == [
+        "shot slow",
+        "shot fast",
+    ]
+    for channel, shot_name, said in (
+        (SIDE, "quick", 'no shot "quick"; the shots are: slow, fast'),
+        (CENTRE, "slow", f'shot slow has no channel "{CENTRE}"; its channels: {SIDE}'),
+    ):
+        with pytest.raises(UserError, match=said):
+            found.plot(channel, axes[0], shot_name)
+    with pytest.raises(UserError, match="has no curves"):
+        replace(found, curves={}).plot(SIDE, axes[0])
+
+
+def test_records_that_are_simulated_are_told_by_name() -> None:
+    """Of a simulated shot beside a measured first one, the first was called simulated."""
+    cases = [NamedRecord(name, tiny(), shot(name, 80.0, 1, SIDE)) for name in ("slow", "fast", "third")]
+    taken = replace(cases[0], record=replace(cases[0].record, provenance=("laser",)))
+
+    def provenance(*records: NamedRecord) -> str:
+        return diagnosis(record=described(records)).provenance
+
+    assert provenance(taken) == "The record is measured"
+    assert provenance(taken, cases[1]) == "The record of fast is simulated, not measured"
+    assert provenance(taken, *cases[1:]) == "The records of fast, third are simulated, not measured"
+    assert provenance(*cases) == "The records are simulated, not measured"
 
 
 def test_the_case_and_the_sentence_are_of_the_shot_that_has_the_effect(found: Diagnosis, out: Path) -> None:
@@ -214,3 +273,74 @@ def test_a_shot_s_name_cannot_be_taken_for_another_part_of_an_answer_and_names_f
     twice = shot_names([shot(stem, 80.0, 1, SIDE) for stem in ("a", "a_2", "a_1", "a")])
     assert len(set(twice)) == 4
     assert max(len(name) for name in curve_files(names)) < 100
+
+
+def cut(record: Measured, end: float) -> Measured:
+    """The record up to an instant [s]."""
+    kept = record.time <= end
+    channels, sigma = ({name: values[kept] for name, values in own.items()} for own in (record.channels, record.sigma))
+    return replace(record, time=record.time[kept], channels=channels, sigma=sigma)
+
+
+@pytest.fixture(scope="module")
+def named_badly(tmp_path_factory: pytest.TempPathFactory) -> tuple[Diagnosis, str]:
+    """Shots whose names read as parts of an answer, the second faster than stated and ended early, beside a baseline
+    and a further record of the first case.
+    """
+    folder = tmp_path_factory.mktemp("named") / "out"
+    records = [shot("baseline clean", 80.0, 1, SIDE), cut(shot("2 of 2", 110.0 + FASTER, 2, CENTRE, SIDE), 0.37e-3)]
+    clean, again = shot("clean", 80.0, 3, CENTRE, SIDE), shot("again", 80.0, 4, SIDE)
+    with few_simulations(sought=("plate_thickness", "impact_speed")) as patch:
+        patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
+        found = diagnose([tiny(), FAST], records, folder, baseline=[clean], heldout=again)
+    return found, write_diagnosis_page(folder).read_text(encoding="utf-8")
+
+
+def test_a_shot_may_be_named_as_a_baseline_is_in_an_answer(named_badly: tuple[Diagnosis, str]) -> None:
+    """Beside a baseline `clean` a shot `baseline clean` was taken for it: arrays of two lengths after all runs."""
+    found, _ = named_badly
+    assert [one.name for one in found.shots] == ["baseline clean", "2 of 2"]
+    assert found.effects[0].name == "impact_speed@2 of 2"
+
+
+def test_a_name_with_of_in_it_is_no_part_of_another_shot(named_badly: tuple[Diagnosis, str]) -> None:
+    """The shot held out from which alone its effect is known was given an error after, and spoke against the effect."""
+    found, _ = named_badly
+    held = found.held_out["shot 2 of 2"]
+    assert held["before"] is not None
+    assert held["after"] is None
+
+
+def test_a_stretch_of_a_record_that_ends_early_is_held_out_too(named_badly: tuple[Diagnosis, str]) -> None:
+    """A stretch of the simulated time in which the record had no point gave NaN, and nothing could be attributed."""
+    found, _ = named_badly
+    held = found.held_out["time_block of 2 of 2"]
+    assert held["gain"] is not None
+    assert held["gain"] > 0.0
+    assert found.verdict == ATTRIBUTED
+
+
+def test_a_held_out_record_has_not_what_one_of_several_shots_has(named_badly: tuple[Diagnosis, str]) -> None:
+    """It was predicted with the other shot's speed, 6 m/s too high, and the effect was doubted for it."""
+    found, page = named_badly
+    held = found.held_out["shot"]
+    assert held["after"] is not None
+    assert held["after"] < 1.5
+    assert "<td>the record of --heldout</td>" in page
+    assert not any("held-out record is predicted worse" in one for one in found.warnings)
+
+
+def test_a_fault_of_a_sensor_that_the_first_shot_lacks_is_told_where_it_is(tmp_path: Path) -> None:
+    """The error was told of another sensor, in the shot without it, where it "rises from 0.0138 to 0.0139 mm"; the
+    corrected case was of that shot."""
+    slow, fast = shot("slow", 80.0, 1, SIDE), shot("fast", 110.0, 2, SIDE, CENTRE)
+    wrong = replace(fast, channels={**fast.channels, CENTRE: 1.06 * fast.channels[CENTRE]})
+    with few_simulations(sought=("plate_thickness",)) as patch:
+        patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
+        found = diagnose([tiny(), FAST], [slow, wrong], tmp_path, baseline=[shot("clean", 80.0, 3, CENTRE, SIDE)])
+    assert found.after is not None
+    assert found.after.model == f"sensor_gain.{CENTRE}"
+    assert "the error at displacement centre in shot fast, less what the baseline shows, falls" in _errors(found)
+    corrected = load_case(tmp_path / (found.case_after or ""))
+    assert corrected.impact.speed == pytest.approx(FAST.impact.speed)
+    assert corrected.instrument[CENTRE].gain == pytest.approx(1.06, abs=0.01)

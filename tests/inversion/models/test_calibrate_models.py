@@ -206,6 +206,20 @@ def test_names_of_many_shots_do_not_run_into_one_another_below_the_figure() -> N
     assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for box in boxes)
 
 
+def test_the_page_says_which_records_are_simulated(calibrated: Calibrated, tmp_path: Path) -> None:
+    """A measured record beside a simulated one was labelled as simulated."""
+    folder = tmp_path / "models"
+    shutil.copytree(calibrated.folder, folder)
+    first, *others = sorted((folder / "records").glob("*.csv"))
+    for path, says in ((first, "# taken by a laser"), *((path, "# SIMULATED by a formula") for path in others)):
+        rows = [row for row in path.read_text(encoding="utf-8").splitlines() if not row.startswith("#")]
+        path.write_text("\n".join([says, *rows]) + "\n", encoding="utf-8")
+    page = write_models_page(folder).read_text(encoding="utf-8")
+    assert f"of {', '.join(path.stem for path in others)}" in page
+    assert "record (measured)" in page
+    assert "record (simulated)" in page
+
+
 def test_the_page_to_play_with_has_a_view_for_each_model(calibrated: Calibrated) -> None:
     views = kind_of(calibrated.folder).read(calibrated.folder)
     assert [view.title for view in views] == ["Bird model murnaghan", "Bird model null"]

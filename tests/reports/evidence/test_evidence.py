@@ -19,8 +19,10 @@ from birdstrike import evidence
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import MARK
+from birdstrike.reports.evidence.sources import not_enclosed
 from birdstrike.reports.evidence.verification_rows import aspects, read_rows
 from birdstrike.solver.case.case import case_hash, load_case
+from tests.diagnoses import diagnosis
 from tests.inversion import small_campaign
 from tests.solver.target.test_mesh_file import written
 
@@ -190,3 +192,11 @@ def test_a_mesh_file_goes_along_by_a_path_in_the_archive(tmp_path: Path, monkeyp
 def test_the_summary_names_the_case_and_not_the_file_that_holds_it(zipped: Path, tmp_path: Path) -> None:
     assert unpacked(zipped, tmp_path)["case"] == "reference_strike"
     assert "# Evidence: reference_strike\n" in (tmp_path / "SUMMARY.md").read_text()
+
+
+def test_records_of_a_diagnosis_that_are_not_enclosed_are_open_points() -> None:
+    """The record of a baseline, on which an answer rests, was missing from the archive without a word."""
+    assert not not_enclosed(diagnosis(held_out={"time_block": {}}))
+    beside = diagnosis(baseline={"shots": ["clean85"]}, held_out={"time_block": {}, "shot": {}})
+    (said,) = not_enclosed(beside)
+    assert "further records (baseline clean85, the held-out one), which are not in this archive" in said
