@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import TypeAdapter, ValidationError
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.errors import UserError
@@ -125,18 +125,9 @@ class ShotStates:
     before: State
     after: State | None
 
-    @classmethod
-    def of(cls, entry: Mapping[str, Any]) -> ShotStates:
-        """From an entry of diagnosis.json."""
-        return cls(entry["name"], entry["case"], State(**entry["before"]), _after(entry))
-
     def figures(self) -> dict[str, Any]:
         """For JSON."""
         return {**vars(self), "before": vars(self.before), "after": vars(self.after) if self.after else None}
-
-
-def _after(entry: Mapping[str, Any]) -> State | None:
-    return State(**entry["after"]) if entry["after"] else None
 
 
 @dataclass(frozen=True, repr=False)
@@ -208,14 +199,8 @@ class Diagnosis(Displayed):
         Raises UserError for a file that is missing, damaged or of another version.
         """
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
-            own = {one.name: content[one.name] for one in fields(cls) if one.name in content}
-            own |= {name: tuple(content[name]) for name in ("confidence_set", "pairs", "warnings")}
-            own["effects"] = tuple(EffectFigures(**one) for one in content["effects"])
-            own["before"], own["after"] = State(**content["before"]), _after(content)
-            own["shots"] = tuple(ShotStates.of(one) for one in content["shots"])
-            return cls(**own)
-        except (OSError, ValueError, KeyError, TypeError) as error:
+            return _DIAGNOSIS.validate_json(path.read_bytes())
+        except (OSError, ValidationError) as error:
             raise UserError(
                 f"{path} is missing, damaged or of another version; repeat birdstrike diagnose with the same --out, "
                 "whose simulations are stored"
@@ -313,3 +298,6 @@ class Diagnosis(Displayed):
         curves = next(iter(self.curves.values()), {})
         channels = [partial(self.plot, name) for name in list(curves)[:1]]
         return (lambda axes: self.plot(axes=axes), *channels)
+
+
+_DIAGNOSIS = TypeAdapter(Diagnosis)
