@@ -111,6 +111,83 @@ class Options:
     emulator: bool = True
 
 
+@dataclass(frozen=True)
+class Linearisation:
+    """All shots at the places about which the system is linear, each with its curves there."""
+
+    shots: Sequence[Shot]
+    places: Places
+
+    @cached_property
+    def z(self) -> list[Array]:
+        """(k,) of each shot."""
+        return [self.places.z[shot.name] for shot in self.shots]
+
+    @cached_property
+    def grids(self) -> list[Array]:
+        """(grid,) curves of each shot."""
+        return [shot.setup.grid(own[None])[0] for shot, own in zip(self.shots, self.z, strict=True)]
+
+    @cached_property
+    def means(self) -> list[Array]:
+        """(n,) those at each record's points."""
+        return [shot.sample(grid[None])[0] for shot, grid in zip(self.shots, self.grids, strict=True)]
+
+    @cached_property
+    def jacobians(self) -> list[Array]:
+        """(k, n) of each shot."""
+        return [shot.sample(shot.setup.jacobian(own).T) for shot, own in zip(self.shots, self.z, strict=True)]
+
+    @cached_property
+    def peaks(self) -> list[Array]:
+        """(channels,) of every shot: largest magnitude of the model's or the record's curve, whichever is larger."""
+        found = []
+        for shot, mean in zip(self.shots, self.means, strict=True):
+            own = [float(np.abs(mean[shot.record.channel == i]).max()) for i in range(len(shot.record.traces))]
+            found.append(np.maximum(own, [trace.peak for trace in shot.record.traces]))
+        return found
+
+    @cached_property
+    def roughness(self) -> Array:
+        """(k,) inverse lengths, in ranges, over which the discrepancy changes with the parameters at the least.
+
+        One range for the parameter that moves the curves most, the others by how much less they move them.
+        """
+        size = np.zeros(len(self.shots[0].setup.lows))
+        for shot, jacobian in zip(self.shots, self.jacobians, strict=True):
+            for i, trace in enumerate(shot.record.traces):
+                size += (jacobian[:, shot.record.channel == i] ** 2).mean(axis=1) / trace.peak**2
+        return np.sqrt(size / max(float(size.max()), 1e-300))
+
+    @cached_property
+    def numerical_roughness(self) -> Array:
+        """(k,) the same of numerical errors: by the lengths over which a finer mesh changes the curves, where known."""
+        lengths = self.shots[0].setup.mesh.lengths
+        return self.roughness if lengths is None else 1.0 / np.asarray(lengths)
+
+    @property
+    def near(self) -> Nearness:
+        """How far the shots share numerical errors, and those of signatures."""
+        return Nearness(self.shots, self.z, self.numerical_roughness)
+
+    def discrepancy_shared(self, i: int, j: int, length: float) -> float:
+        """Correlation of two shots' discrepancies; length: factor on the lengths over which it changes.
+
+        They are shorter where what a finer mesh changes, the one discrepancy that is seen at many parameters, has a
+        shorter length.
+        """
+        return alike(self.z[i], self.z[j], np.maximum(self.numerical_roughness, self.roughness), length)
+
+    def rows(self, kind: str) -> np.ndarray:
+        """Of the records that are of one kind of sensor."""
+        kinds = [np.array(shot.kinds)[shot.record.channel] for shot in self.shots]
+        return np.flatnonzero(np.concatenate(kinds) == kind)
+
+    def by_shot(self, column: Array) -> list[Array]:
+        """The shots' parts of a column over all records."""
+        return np.split(column, np.cumsum([len(shot.record.values) for shot in self.shots])[:-1])
+
+
 def build(
     shots: Sequence[Shot],
     found: Sequence[Suspect],
@@ -120,64 +197,85 @@ def build(
     options: Options = Options(),
 ) -> System:
     """The system at the places."""
-    grids = [shot.setup.grid(places.z[shot.name][None])[0] for shot in shots]
-    signatures = {one.label: _signature(one, shots, grids, places) for one in found}
-    means = [shot.sample(grid[None])[0] for shot, grid in zip(shots, grids, strict=True)]
-    y = np.concatenate([shot.record.values - mean for shot, mean in zip(shots, means, strict=True)])
-    y = y - sum(
-        _change(one, shots, grids, h) if one.fault else h * signatures[one.label]
-        for one in found
-        if (h := places.h.get(one.label))
-    )
-    chol = np.linalg.cholesky(np.asarray(block_diag(*(shot.record.covariance() for shot in shots))))
-    white = Whitener(chol)
-    z = [places.z[shot.name] for shot in shots]
-    jacobians = [shot.sample(shot.setup.jacobian(own).T) for shot, own in zip(shots, z, strict=True)]
-    weights = roughness(shots, jacobians)
-    library = _unnamed(shots, z, grids)
-    bent = any(one.bends and places.h.get(one.label) for one in found)
-    unnamed = _unnamed(shots, z, grids, places.h) if bent else library
-    J = np.asarray(block_diag(*(one.T for one in jacobians))) * PRIOR_SD
-    nuisances = _nuisances(shots, places, grids)
-    lengths = shots[0].setup.mesh.lengths
-    local = weights if lengths is None else 1.0 / np.asarray(lengths)
-    change = np.maximum(local, weights)
-    near = Nearness(shots, z, local)
-    parts: dict[str, Array] = {"y": y[:, None], "J": J, "unnamed": np.vstack(unnamed), "nuisance": nuisances}
-    for one in found:
-        parts[one.label] = signatures[one.label][:, None]
-        if one.response:
-            parts[f"error of {one.label}"] = _learnt_error(one, shots, signatures[one.label], places)
-            trends = _trends(shots, signatures[one.label], options.share)
-            parts[f"error of {one.label} in other models"] = near.shared(trends)
-    parts["changed"] = near.shared(_changed(shots, shapes, known, means))
+    at = Linearisation(shots, places)
+    noise = np.linalg.cholesky(np.asarray(block_diag(*(shot.record.covariance() for shot in shots))))
+    white = Whitener(noise)
+    signatures, library = {one.label: _signature(one, at) for one in found}, _unnamed(at)
+    parts = _columns(at, found, signatures, library, options)
+    parts["changed"] = at.near.shared(_changed(at, shapes, known))
     parts["lattice"] = lattice_columns([shot.lattice_moves for shot in shots])
-    at = _places_of(parts)
-    peaks = _peaks(shots, means)
-    directions = _numerical(shots, places, near, options.emulator)
+    directions = _numerical(at, options.emulator)
     numerical = white(directions)
-    variances = _by_shot(shots, (directions**2).sum(axis=1))
-    blocks: list[Block] = []
-    smooth: dict[str, Array] = {}
+    blocks, smooth = list[Block](), dict[str, Array]()
     for kind in known.nodes:
-        rows = np.flatnonzero(np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots]))
-        along = _along_library(shots, library, kind, peaks)
-        grown = _grown(shots, along, shapes) if kind in known.learnt else None
-        shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, options, grown))
+        rows = at.rows(kind)
         cut = np.ix_(rows, rows)
-        physical = np.asarray(block_diag(*(part.T @ part for part in along)))
-        fast = np.diag(np.concatenate([_size(shot, kind, peak) ** 2 for shot, peak in zip(shots, peaks, strict=True)]))
-        slow = _unrepeated(shots, kind, shapes, peaks)
-        own = white.both((1.0 - PHYSICAL - FAST) * slow + PHYSICAL * physical + FAST * fast)
+        together, apart = _model_error(at, kind, library, known, shapes, options)
+        shared, own = white.both(together), white.both(apart)
         free, held = (own, shared) if kind in known.learnt else (_lone(shared, own), own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
-        smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
-    middle = np.concatenate([own - 0.5 for own in z]) / PRIOR_SD
-    names = tuple(shot.name for shot in shots)
-    moved = {one.label: _share_moved(shots, signatures[one.label], means) for one in found if one.response}
-    columns = white(np.hstack(list(parts.values())))
-    return System(tuple(blocks), smooth, columns, at, middle, names, chol, _named(shots, variances), weights, moved)
+        smooth[kind] = white.both(_smooth(at, kind, signatures, found))[cut]
+    variances = at.by_shot((directions**2).sum(axis=1))
+    return System(
+        blocks=tuple(blocks),
+        smooth=smooth,
+        columns=white(np.hstack(list(parts.values()))),
+        at=_places_of(parts),
+        dz=np.concatenate([own - 0.5 for own in at.z]) / PRIOR_SD,
+        names=tuple(shot.name for shot in shots),
+        noise=noise,
+        numerical={shot.name: part for shot, part in zip(shots, variances, strict=True)},
+        roughness=at.roughness,
+        moved={one.label: _share_moved(at, signatures[one.label]) for one in found if one.response},
+    )
+
+
+def _columns(
+    at: Linearisation,
+    found: Sequence[Suspect],
+    signatures: Mapping[str, Array],
+    library: Sequence[Array],
+    options: Options,
+) -> dict[str, Array]:
+    """(n, ...) by name, not whitened: residual, parameters, unnamed errors, nuisances, effects with their errors."""
+    sizes = at.places.h
+    y = np.concatenate([shot.record.values - mean for shot, mean in zip(at.shots, at.means, strict=True)])
+    y = y - sum(
+        _change(one, at, h) if one.fault else h * signatures[one.label] for one in found if (h := sizes.get(one.label))
+    )
+    bent = any(one.bends and sizes.get(one.label) for one in found)
+    parts: dict[str, Array] = {
+        "y": y[:, None],
+        "J": np.asarray(block_diag(*(one.T for one in at.jacobians))) * PRIOR_SD,
+        "unnamed": np.vstack(_unnamed(at, sizes) if bent else library),
+        "nuisance": _nuisances(at),
+    }
+    for one in found:
+        parts[one.label] = signatures[one.label][:, None]
+        if one.response:
+            parts[f"error of {one.label}"] = _learnt_error(one, at, signatures[one.label])
+            trends = _trends(at, signatures[one.label], options.share)
+            parts[f"error of {one.label} in other models"] = at.near.shared(trends)
+    return parts
+
+
+def _model_error(
+    at: Linearisation,
+    kind: str,
+    library: Sequence[Array],
+    known: Amplitudes,
+    shapes: Mapping[str, Shape],
+    options: Options,
+) -> tuple[Array, Array]:
+    """(n, n) of what shots share, and of what each has for itself, for an amplitude of 1 of one kind of sensor."""
+    along = _along_library(at, library, kind)
+    grown = _grown(at, along, shapes) if kind in known.learnt else None
+    physical = np.asarray(block_diag(*(part.T @ part for part in along)))
+    sizes = [_size(shot, kind, peak) ** 2 for shot, peak in zip(at.shots, at.peaks, strict=True)]
+    own = (1.0 - PHYSICAL - FAST) * _unrepeated(at, kind, shapes) + PHYSICAL * physical
+    own = own + FAST * np.diag(np.concatenate(sizes))
+    return _discrepancy(at, kind, shapes, options.parameter_length, grown), own
 
 
 @dataclass(frozen=True)
@@ -208,24 +306,6 @@ def _lone(shared: Array, own: Array) -> Array:
     return (1.0 - OWN_SHARE) * shared + OWN_SHARE * own
 
 
-def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:
-    return {shot.name: part for shot, part in zip(shots, parts, strict=True)}
-
-
-def roughness(shots: Sequence[Shot], jacobians: Sequence[Array]) -> Array:
-    """(k,) inverse lengths, in ranges, over which the discrepancy changes with the parameters at the least.
-
-    One range for the parameter that moves the curves most, the others by how much less they move them; shorter where
-    what a finer mesh changes, the one discrepancy that is seen at many parameters, has a shorter length. jacobians: (k,
-    n) of each shot.
-    """
-    size = np.zeros(len(shots[0].setup.lows))
-    for shot, jacobian in zip(shots, jacobians, strict=True):
-        for i, trace in enumerate(shot.record.traces):
-            size += (jacobian[:, shot.record.channel == i] ** 2).mean(axis=1) / trace.peak**2
-    return np.sqrt(size / max(float(size.max()), 1e-300))
-
-
 class Whitener:
     """Whitening by the noise's Cholesky factor."""
 
@@ -245,8 +325,8 @@ class Whitener:
 
 def changes(one: Suspect, shots: Sequence[Shot], places: Places, sizes: Sequence[float], noise: Array) -> Array:
     """(n, sizes) whitened change of all records by each size of an instrument's fault; noise: `System.noise`."""
-    grids = [shot.setup.grid(places.z[shot.name][None])[0] for shot in shots]
-    found = [_change(one, shots, grids, h) for h in sizes]
+    at = Linearisation(shots, places)
+    found = [_change(one, at, h) for h in sizes]
     return Whitener(noise)(np.array(found).T)
 
 
@@ -255,13 +335,11 @@ def with_fault(system: System, one: Suspect, shots: Sequence[Shot], places: Plac
 
     The parameters stay, and with them all that is costly.
     """
-    z = [places.z[shot.name] for shot in shots]
-    grids = [shot.setup.grid(own[None])[0] for shot, own in zip(shots, z, strict=True)]
-    white, old = Whitener(system.noise), system.at
+    at, white, old = Linearisation(shots, places), Whitener(system.noise), system.at
     parts = {name: system.columns[:, old[name]] for name in ("y", "J", "unnamed", "nuisance")}
-    parts["y"] = parts["y"] - white(_change(one, shots, grids, places.h[one.label])[:, None])
-    parts["unnamed"] = white(np.vstack(_unnamed(shots, z, grids, places.h)))
-    parts[one.label] = white(_signature(one, shots, grids, places)[:, None])
+    parts["y"] = parts["y"] - white(_change(one, at, places.h[one.label])[:, None])
+    parts["unnamed"] = white(np.vstack(_unnamed(at, places.h)))
+    parts[one.label] = white(_signature(one, at)[:, None])
     parts |= {name: system.columns[:, old[name]] for name in ("changed", "lattice")}
     return replace(system, columns=np.hstack(list(parts.values())), at=_places_of(parts))
 
@@ -272,12 +350,12 @@ def _places_of(parts: Mapping[str, Array]) -> dict[str, slice]:
     return {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
 
 
-def _change(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], h: float) -> Array:
+def _change(one: Suspect, at: Linearisation, h: float) -> Array:
     """(n,) change of all records by an instrument's fault of size h."""
     assert one.fault is not None, "a response is a multiple of its signature"
     parts = [
         shot.instrument_change(one.fault, grid, h) if _acts(one, shot) else np.zeros(len(shot.record.values))
-        for shot, grid in zip(shots, grids, strict=True)
+        for shot, grid in zip(at.shots, at.grids, strict=True)
     ]
     return np.concatenate(parts)
 
@@ -286,61 +364,59 @@ def _acts(one: Suspect, shot: Shot) -> bool:
     return not shot.baseline and shot.name in one.shots
 
 
-def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], places: Places) -> Array:
+def _signature(one: Suspect, at: Linearisation) -> Array:
     """(n,) derivative of all records with respect to h at the places."""
     parts: list[Array] = []
-    h = places.h.get(one.label, 0.0)
-    for shot, grid in zip(shots, grids, strict=True):
+    h = at.places.h.get(one.label, 0.0)
+    for shot, z, grid in zip(at.shots, at.z, at.grids, strict=True):
         if not _acts(one, shot):
             parts.append(np.zeros(len(shot.record.values)))
         elif one.fault is not None:
             parts.append(shot.instrument_signature(one.fault, grid, h))
         else:
-            parts.append(one.change_in(shot, places.z[shot.name], h))
+            parts.append(one.change_in(shot, z, h))
     return np.concatenate(parts)
 
 
-def _unnamed(
-    shots: Sequence[Shot], z: Sequence[Array], grids: Sequence[Array], h: Mapping[str, float] | None = None
-) -> list[Array]:
+def _unnamed(at: Linearisation, h: Mapping[str, float] | None = None) -> list[Array]:
     """(n, q) of each shot: small errors of model and instruments, of the solver's effects, then of every sensor.
 
-    Each of a plausible size, at the shots' parameters z (k,) with curves (grid,); baselines have them too. h: sizes of
-    the effects that a measured shot has, beside which its instruments err. 0 in a shot that cannot have an error,
-    because its case states that effect or has not the sensor.
+    Each of a plausible size; baselines have them too. h: sizes of the effects that a measured shot has, beside which
+    its instruments err. 0 in a shot that cannot have an error, because its case states that effect or has not the
+    sensor.
 
     Model and test differ by a little of everything that the library lists and more; without these directions every such
     error would be named as the effect that it imitates (Brynjarsdottir & O'Hagan, Inverse Problems 30 (2014) 114007).
     They belong to rig and model, and all shots share them. So does the clock of all sensors: what counts as contact.
     """
     found: list[dict[str, Array]] = []
-    for shot, own, grid in zip(shots, z, grids, strict=True):
+    for shot, own, grid in zip(at.shots, at.z, at.grids, strict=True):
         responses, sizes = shot.setup.responses, {} if shot.baseline or h is None else h
         known = instrument_effects(shot.setup.plan.case, shot.setup.channels)
         faults = [one for one in known if len(one.sensors) == 1 or one.label == TIME_OFFSET]
         rows = {name: shot.response_to(name, own) for name in responses}
         rows |= {one.label: shot.instrument_signature(one, grid, sizes.get(one.label, 0.0)) for one in faults}
         found.append(rows)
-    labels = [*(effects := responses_of(shots)), *dict.fromkeys(n for own in found for n in own if n not in effects)]
-    counts = [len(shot.record.values) for shot in shots]
+    labels = [*(effects := responses_of(at.shots)), *dict.fromkeys(n for own in found for n in own if n not in effects)]
+    counts = [len(shot.record.values) for shot in at.shots]
     return [
         np.array([own.get(label, np.zeros(n)) for label in labels]).reshape(len(labels), n).T
         for own, n in zip(found, counts, strict=True)
     ]
 
 
-def _nuisances(shots: Sequence[Shot], places: Places, grids: Sequence[Array]) -> Array:
+def _nuisances(at: Linearisation) -> Array:
     """(n, q) one standard deviation of every uncertainty that `inversion.nuisance` states, in baselines too.
 
     A thickness is the rig's, and its shots share it; the others are drawn anew in every shot.
     """
-    ends = np.cumsum([0, *(len(shot.record.values) for shot in shots)])
+    ends = np.cumsum([0, *(len(shot.record.values) for shot in at.shots)])
     found: dict[tuple[str, str], Array] = {}
-    for shot, grid, a, b in zip(shots, grids, ends, ends[1:], strict=False):
+    for shot, z, grid, a, b in zip(at.shots, at.z, at.grids, ends[:-1], ends[1:], strict=True):
         for name, sigma in shot.nuisances.items():
             key = (name, "" if name == "thickness" else shot.name)
             column = found.setdefault(key, np.zeros(ends[-1]))
-            column[a:b] = sigma * shot.nuisance_signature(name, places.z[shot.name], grid)
+            column[a:b] = sigma * shot.nuisance_signature(name, z, grid)
     return np.array(list(found.values())).reshape(len(found), ends[-1]).T
 
 
@@ -355,16 +431,17 @@ def lattice_columns(moves: Sequence[Array]) -> Array:
     return np.hstack([np.concatenate(means)[:, None], np.asarray(block_diag(*(own.T for own in rest)))])
 
 
-def _numerical(shots: Sequence[Shot], places: Places, near: Nearness, emulator: bool) -> Array:
+def _numerical(at: Linearisation, emulator: bool) -> Array:
     """(n, q) directions, one standard deviation each, of emulator, where it is asked for, and mesh correction.
 
     Half of the mesh correction's variance is given to a process of their size
     that is independent of directions (they are fewer than the directions). Shots share them as far as their
     parameters are alike; the extrapolation to finer meshes they share wholly.
     """
-    factors = [_own_factors(shot, places.z[shot.name], emulator) for shot in shots]
-    finer = np.concatenate([shot.sample(shot.setup.mesh.extrapolation(places.z[shot.name])[None])[0] for shot in shots])
-    return np.hstack([near.shared(factors), finer[:, None]])
+    pairs = list(zip(at.shots, at.z, strict=True))
+    factors = [_own_factors(shot, z, emulator) for shot, z in pairs]
+    finer = np.concatenate([shot.sample(shot.setup.mesh.extrapolation(z)[None])[0] for shot, z in pairs])
+    return np.hstack([at.near.shared(factors), finer[:, None]])
 
 
 def _paired(factors: Sequence[Mapping[str, Array]], points: Sequence[int]) -> list[Array]:
@@ -417,67 +494,50 @@ def _process(shot: Shot, size: Array) -> dict[str, Array]:
     return found
 
 
-def _peaks(shots: Sequence[Shot], means: Sequence[Array]) -> list[Array]:
-    """(channels,) of every shot: largest magnitude of the model's or the record's curve, whichever is larger."""
-    found = []
-    for shot, mean in zip(shots, means, strict=True):
-        own = [float(np.abs(mean[shot.record.channel == i]).max()) for i in range(len(shot.record.traces))]
-        found.append(np.maximum(own, [trace.peak for trace in shot.record.traces]))
-    return found
-
-
 def _size(shot: Shot, kind: str, peaks: Array) -> Array:
     """(n,) peak of each point's channel; 0 in those of another kind."""
     return np.where(np.array(shot.kinds)[shot.record.channel] == kind, peaks[shot.record.channel], 0.0)
 
 
 def _discrepancy(
-    shots: Sequence[Shot],
-    kind: str,
-    places: Places,
-    shapes: Mapping[str, Shape],
-    peaks: Sequence[Array],
-    change: Array,
-    options: Options,
-    library: Sequence[Array] | None,
+    at: Linearisation, kind: str, shapes: Mapping[str, Shape], length: float, library: Sequence[Array] | None
 ) -> Array:
     """(n, n) for an amplitude of 1 of one kind of sensor: the part that shots share.
 
-    change: (k,) inverse lengths, in ranges, over which it changes with the parameters. A process in each channel; with
-    baselines also along the library's signatures (library: (q, n) of each shot): there it counts by what it changes
-    from bird to bird, which is another load, and that moves all sensors at once.
+    length: factor on the lengths over which it changes with the parameters. A process in each channel; with baselines
+    also along the library's signatures (library: (q, n) of each shot): there it counts by what it changes from bird to
+    bird, which is another load, and that moves all sensors at once.
     """
+    shots, peaks = at.shots, at.peaks
     starts = np.cumsum([0, *(len(shot.record.values) for shot in shots)])
     whole = np.zeros((starts[-1], starts[-1]))
     for i, shot in enumerate(shots):
         for j, other in enumerate(shots):
-            z, theirs = places.z[shot.name], places.z[other.name]
-            share = alike(z, theirs, change, options.parameter_length)
             block = _block(shot, other, kind, shapes, peaks[i], peaks[j])
             if library is not None:
                 block += library[i].T @ library[j]
-            whole[starts[i] : starts[i + 1], starts[j] : starts[j + 1]] = share * block
+            whole[starts[i] : starts[i + 1], starts[j] : starts[j + 1]] = at.discrepancy_shared(i, j, length) * block
     return whole
 
 
-def _unrepeated(shots: Sequence[Shot], kind: str, shapes: Mapping[str, Shape], peaks: Sequence[Array]) -> Array:
+def _unrepeated(at: Linearisation, kind: str, shapes: Mapping[str, Shape]) -> Array:
     """(n, n) what each shot has for itself in any direction, for an amplitude of 1: a run's scatter.
 
     Until simulations have shown how runs scatter, a process in each channel stands for it.
     """
-    if all(len(shot.setup.scatter) for shot in shots):
-        return _scattered(shots, kind, peaks)
-    own = [_block(shot, shot, kind, shapes, peak, peak) for shot, peak in zip(shots, peaks, strict=True)]
+    if all(len(shot.setup.scatter) for shot in at.shots):
+        return _scattered(at, kind)
+    own = [_block(shot, shot, kind, shapes, peak, peak) for shot, peak in zip(at.shots, at.peaks, strict=True)]
     return np.asarray(block_diag(*own))
 
 
-def _scattered(shots: Sequence[Shot], kind: str, peaks: Sequence[Array]) -> Array:
+def _scattered(at: Linearisation, kind: str) -> Array:
     """(n, n) by what runs differ that lattices alone part, in the channels of one kind, for an amplitude of 1.
 
     A bird that breaks up strikes anew in every shot: what one strike has by chance acts on all sensors at once.
     """
     blocks = []
-    for shot, peak in zip(shots, peaks, strict=True):
+    for shot, peak in zip(at.shots, at.peaks, strict=True):
         rows = shot.scatter.copy()
         for i, name in enumerate(shot.kinds):
             of = shot.record.channel == i
@@ -487,10 +547,10 @@ def _scattered(shots: Sequence[Shot], kind: str, peaks: Sequence[Array]) -> Arra
     return np.asarray(block_diag(*blocks))
 
 
-def _along_library(shots: Sequence[Shot], unnamed: Sequence[Array], kind: str, peaks: Sequence[Array]) -> list[Array]:
+def _along_library(at: Linearisation, library: Sequence[Array], kind: str) -> list[Array]:
     """(q, n) of each shot: the library's signatures in one kind of sensor, alike in size, for an amplitude of 1."""
     found = []
-    for shot, own, peak in zip(shots, unnamed, peaks, strict=True):
+    for shot, own, peak in zip(at.shots, library, at.peaks, strict=True):
         of_kind = np.array(shot.kinds)[shot.record.channel] == kind
         rows = np.where(of_kind, own.T, 0.0)
         power = ((rows / peak[shot.record.channel]) ** 2).sum(axis=1) / max(of_kind.sum(), 1)
@@ -500,10 +560,10 @@ def _along_library(shots: Sequence[Shot], unnamed: Sequence[Array], kind: str, p
     return found
 
 
-def _grown(shots: Sequence[Shot], rows: Sequence[Array], shapes: Mapping[str, Shape]) -> list[Array]:
+def _grown(at: Linearisation, rows: Sequence[Array], shapes: Mapping[str, Shape]) -> list[Array]:
     """Rows (q, n) of each shot, larger where the discrepancy grows."""
     found = []
-    for shot, own in zip(shots, rows, strict=True):
+    for shot, own in zip(at.shots, rows, strict=True):
         growth = [np.interp(one.middle, shot.setup.time, shapes[one.name].growth) for one in shot.record.traces]
         found.append(own * np.concatenate(growth))
     return found
@@ -525,12 +585,12 @@ def _block(shot: Shot, other: Shot, kind: str, shapes: Mapping[str, Shape], peak
     return block
 
 
-def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], found: Sequence[Suspect]) -> Array:
+def _smooth(at: Linearisation, kind: str, signatures: Mapping[str, Array], found: Sequence[Suspect]) -> Array:
     """(n, n) of something else: smooth in time, as large as the library's signatures are, in the measured shots."""
     own = [signatures[one.label] ** 2 for one in found if one.response]
-    size = np.sqrt(np.mean(own, axis=0)) if own else np.zeros(sum(len(shot.record.values) for shot in shots))
+    size = np.sqrt(np.mean(own, axis=0)) if own else np.zeros(sum(len(shot.record.values) for shot in at.shots))
     blocks, first = [], 0
-    for shot in shots:
+    for shot in at.shots:
         for i, trace in enumerate(shot.record.traces):
             n = len(trace.values)
             own = size[first : first + n]
@@ -544,31 +604,32 @@ def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], f
     return np.asarray(block_diag(*blocks))
 
 
-def _learnt_error(one: Suspect, shots: Sequence[Shot], column: Array, places: Places) -> Array:
-    """(n, q) what simulations leave unknown of a signature for h = 1: errors of regression, and their scatter."""
-    found = []
-    for shot, own in zip(shots, _by_shot(shots, column), strict=True):
+def _learnt_error(one: Suspect, at: Linearisation, column: Array) -> Array:
+    """(n, q) what simulations leave unknown of a signature for h = 1: errors of regression, and their scatter.
+
+    Shots of one case share it: they have one response. In another case it was learnt from other simulations.
+    """
+    found: list[dict[str, Array]] = []
+    for shot, z, own in zip(at.shots, at.z, at.by_shot(column), strict=True):
         if not np.any(own):
-            found.append(np.zeros((len(own), 0)))
+            found.append({})
             continue
-        response, size = one.response_in(shot, places.h.get(one.label, 0.0))
-        z = places.z[shot.name]
+        response, size = one.response_in(shot, at.places.h.get(one.label, 0.0))
         scatter = response.scatter_at(z)[[shot.setup.channels.index(c) for c in shot.channels]]
         errors = [shot.sample(response.error_at(z))]
         if scatter.any():
             errors.append(shot.scatter * scatter[shot.record.channel])
-        found.append(size * np.vstack(errors).T)
-    width = max(part.shape[1] for part in found)  # a setup whose response was simulated has more directions
-    return np.vstack([np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in found])
+        found.append({str(id(shot.setup)): size * np.vstack(errors).T})
+    return np.vstack(_paired(found, [len(shot.record.values) for shot in at.shots]))
 
 
-def _trends(shots: Sequence[Shot], column: Array, size: float) -> list[dict[str, Array]]:
+def _trends(at: Linearisation, column: Array, size: float) -> list[dict[str, Array]]:
     """Slow trends in time of a signature, in common and by channel: what another sound model would answer.
 
     Of each shot; a model that answers otherwise in one shot does so in all shots of such birds.
     """
     found: list[dict[str, Array]] = []
-    for shot, own in zip(shots, _by_shot(shots, column), strict=True):
+    for shot, own in zip(at.shots, at.by_shot(column), strict=True):
         if not np.any(own):
             found.append({})
             continue
@@ -583,21 +644,14 @@ def _trends(shots: Sequence[Shot], column: Array, size: float) -> list[dict[str,
     return found
 
 
-def _by_shot(shots: Sequence[Shot], column: Array) -> list[Array]:
-    """The shots' parts of a column over all records."""
-    return np.split(column, np.cumsum([len(shot.record.values) for shot in shots])[:-1])
-
-
-def _changed(
-    shots: Sequence[Shot], shapes: Mapping[str, Shape], known: Amplitudes, means: Sequence[Array]
-) -> list[dict[str, Array]]:
+def _changed(at: Linearisation, shapes: Mapping[str, Shape], known: Amplitudes) -> list[dict[str, Array]]:
     """Directions of the discrepancy that baselines share, by channel, in each measured shot: none without baselines.
 
     A model-form error is a share of the response. An effect that changes the response by a share changes it by that
     share of itself, in a way that the baseline cannot know; shots share that as they share the discrepancy.
     """
     found: list[dict[str, Array]] = []
-    for shot, peaks in zip(shots, _peaks(shots, means), strict=True):
+    for shot, peaks in zip(at.shots, at.peaks, strict=True):
         own: dict[str, Array] = {}
         for i, trace in enumerate(shot.record.traces):
             if shot.baseline or shot.kinds[i] not in known.learnt:
@@ -611,10 +665,10 @@ def _changed(
     return found
 
 
-def _share_moved(shots: Sequence[Shot], signature: Array, means: Sequence[Array]) -> float:
+def _share_moved(at: Linearisation, signature: Array) -> float:
     """RMS of a signature over that of the curves, the channels weighed alike, for h = 1."""
     ratios = []
-    for shot, own, mean in zip(shots, _by_shot(shots, signature), means, strict=True):
+    for shot, own, mean in zip(at.shots, at.by_shot(signature), at.means, strict=True):
         if shot.baseline:
             continue
         for i in range(len(shot.record.traces)):

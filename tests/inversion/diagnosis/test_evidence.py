@@ -47,6 +47,7 @@ from birdstrike.inversion.diagnosis.system import (
     SHARE,
     TRENDS,
     Block,
+    Linearisation,
     Places,
     System,
     _trends,
@@ -261,7 +262,7 @@ def test_what_other_models_answer_is_not_averaged_away_by_many_sensors(channels:
     )
     shot: Any = SimpleNamespace(record=record, setup=SimpleNamespace(time=t))
     signature = np.ones(200 * channels)
-    (parts,) = _trends([shot], signature, SHARE)
+    (parts,) = _trends(Linearisation([shot], Places({}, {})), signature, SHARE)
     errors = np.hstack([*parts.values()])
     assert (errors**2).sum(axis=1).mean() == pytest.approx(SHARE**2, rel=0.02)
     seen = float(((signature @ errors) ** 2).sum()) / len(signature) ** 2

@@ -19,7 +19,7 @@ from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.pipeline import _left_out
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Record, Shot
-from birdstrike.inversion.diagnosis.system import Nearness, Places, _changed, _numerical, _trends
+from birdstrike.inversion.diagnosis.system import Linearisation, Nearness, Places, _changed, _numerical, _trends
 from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NO_RESIDUAL, Diagnosis, errors
@@ -200,9 +200,7 @@ def test_two_shots_of_one_bird_share_a_channel_s_numerical_error_wherever_their_
     first = rankings[0].problem.shots[1]
     again = replace(first, name="again", record=Record(tuple(first.record.traces[i] for i in kept), ()))
     place = Places(dict.fromkeys((first.name, "again"), rankings[0].fits["none"].places.z[first.name]), {})
-    pair = (first, again)
-    near = Nearness(pair, list(place.z.values()), np.ones(len(place.z[first.name])))
-    directions = _numerical(pair, place, near, True)
+    directions = _numerical(Linearisation((first, again), place), True)
     n = len(first.record.values)
     same = np.concatenate([np.flatnonzero(first.record.channel == i) for i in kept])
     own, shared = directions[:n] @ directions[:n].T, directions[:n] @ directions[n:].T
@@ -222,13 +220,24 @@ def test_shots_share_what_another_model_would_answer_as_far_as_their_birds_are_a
     same = np.concatenate([np.flatnonzero(first.record.channel == i) for i in kept])
     column[n:] = column[same]
     known = Amplitudes({}, {}, {"displacement": 0.01}, "", frozenset({"displacement"}))
-    changed = _changed((first, again), first.shapes, known, [one.record.values for one in (first, again)])
-    for parts in (_trends((first, again), column, 0.2), changed):
+    place = Places(dict.fromkeys((first.name, "again"), rankings[0].fits["none"].places.z[first.name]), {})
+    at = Linearisation((first, again), place)
+    for parts in (_trends(at, column, 0.2), _changed(at, first.shapes, known)):
         for apart, share in ((0.0, 1.0), (20.0, 0.0)):
-            errors = Nearness((first, again), [np.zeros(1), np.full(1, apart)], np.ones(1)).shared(parts)
+            errors = Nearness(at.shots, [np.zeros(1), np.full(1, apart)], np.ones(1)).shared(parts)
             own, shared = errors[:n] @ errors[:n].T, errors[:n] @ errors[n:].T
             np.testing.assert_allclose(shared, share * own[:, same], atol=1e-4 * own.max())
             np.testing.assert_allclose(errors[n:] @ errors[n:].T, own[np.ix_(same, same)], atol=1e-4 * own.max())
+
+
+@pytest.mark.usefixtures("found")
+def test_responses_of_two_cases_were_learnt_apart(rankings: list[Ranking]) -> None:
+    """Their errors were taken for one, direction by direction, which are those of other simulations."""
+    system, first = rankings[0].fits["none"].system, rankings[0].problem.shots[0]
+    errors, n = system.columns[:, system.at["error of plate_thickness"]], len(first.record.values)
+    assert errors[:n].any()
+    assert errors[n:].any()
+    assert not (errors[:n] @ errors[n:].T).any()
 
 
 def test_the_magnitude_of_an_effect_without_a_fit_of_its_own_is_not_the_end_of_its_interval(found: Diagnosis) -> None:
