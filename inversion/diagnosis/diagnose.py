@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -121,17 +120,25 @@ def diagnose(
         found = pipeline.diagnosis(refinement, held)
     for i, (name, one) in enumerate(zip(case_files([one.name for one in shots]), shots, strict=True)):
         copy_case(one.case, folder, name, f"{Path(name).stem}/" if i else "")
-    return write(replace(found, record=described(shots)), folder)
+    for one in clean:
+        name = baseline_file(one.name)
+        copy_case(one.case, folder, name, f"{Path(name).stem}/")
+    others = [*(one.record for one in clean), *([] if other is None else [other])]
+    return write(replace(found, record=described(shots, others)), folder)
 
 
-def described(shots: Sequence[NamedRecord]) -> dict[str, Any]:
-    """`record` of diagnosis.json: path of the first, names of all, and which of them no instrument took."""
+def described(shots: Sequence[NamedRecord], others: Sequence[Measured] = ()) -> dict[str, Any]:
+    """`record` of diagnosis.json: path of the first, names of all, and which of them no instrument took.
+
+    others: baselines and the held-out record; `files` are the paths of all.
+    """
     simulated = [one.name for one in shots if one.record.simulated]
     return {
         "path": str(shots[0].record.path),
         "simulated": bool(simulated),
         "shots": [one.name for one in shots],
         "simulated_shots": simulated,
+        "files": [str(one.path) for one in (*(shot.record for shot in shots), *others)],
     }
 
 
@@ -423,7 +430,7 @@ def write(found: Diagnosis, folder: Path) -> Diagnosis:
 
     Files that an earlier diagnosis left there, and this one has not, are removed.
     """
-    earlier = _files_of_earlier(folder)
+    earlier = _files_of_earlier(folder / "diagnosis.json")
     if found.case is not None and found.after is not None:
         model = found.after.model.replace(".", "_").replace("@", "_of_")
         path = folder / f"{found.case.name[:LONGEST]}_with_{model}.toml"
@@ -434,19 +441,29 @@ def write(found: Diagnosis, folder: Path) -> Diagnosis:
     if found.model:
         save_tree(folder / FILE, found.model)
     found.save(folder / "diagnosis.json")
-    for name in earlier - {found.case_after, *curve_files(list(found.curves)), *case_files(list(found.curves))}:
+    for name in earlier - _files_of(found):
         (folder / name).unlink(missing_ok=True)
     return found
 
 
-def _files_of_earlier(folder: Path) -> set[str]:
+def _files_of_earlier(path: Path) -> set[str]:
     """Curves and cases of the diagnosis that a folder holds; none where it holds none that can be read."""
     try:
-        earlier = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
-        shots = [shot["name"] for shot in earlier["shots"]]
-        return {*curve_files(shots), *case_files(shots), earlier["case_after"] or "diagnosis.csv"}
-    except (OSError, ValueError, KeyError, TypeError):
+        return _files_of(Diagnosis.read(path))
+    except UserError:
         return set()
+
+
+def _files_of(found: Diagnosis) -> set[str]:
+    """Names of the curves and cases of a diagnosis."""
+    shots, clean = [one.name for one in found.shots], (found.baseline or {}).get("shots", [])
+    after = {found.case_after} if found.case_after else set[str]()
+    return {*curve_files(shots), *case_files(shots), *map(baseline_file, clean), *after}
+
+
+def baseline_file(name: str) -> str:
+    """Name of the file of a baseline's case."""
+    return f"baseline_{name}.toml"
 
 
 def curve_files(shots: Sequence[str]) -> list[str]:

@@ -27,6 +27,8 @@ PAGE, MANIFEST, CHECKS = "SUMMARY.md", "manifest.json", "verification.json"
 LEFT_OUT = (".birdstrike.json",)
 HELD = "case.toml"
 """The case of a folder of results."""
+CASES = (HELD, "diagnosis_*.toml", "baseline_*.toml")
+"""Those of a diagnosis: of its shots and baselines."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +121,8 @@ def _entries(sources: Sources, runs: bool) -> Iterator[tuple[str, bytes]]:
     yield from _files(sources.inversion, "inversion")
     if sources.diagnosis is not None:
         yield from _files(sources.diagnosis, "diagnosis")
+    for number, record in enumerate(sources.beside, 1):
+        yield f"diagnosis/records/{number}/{record.name}", record.read_bytes()
     if sources.report is not None:
         yield "report.html", sources.report.read_bytes()
 
@@ -131,12 +135,11 @@ def _case(case: Case, name: str, place: str) -> Iterator[tuple[str, bytes]]:
         yield Path(folder, place, file).as_posix(), path.read_bytes()
 
 
-def _held_case(folder: Path, place: str) -> Iterator[tuple[str, bytes]]:
-    """The case that a folder of results holds; one that names files by whole paths (an older folder's) is made anew."""
-    path, name = folder / HELD, f"{place}/{HELD}"
-    case = load_case(path)
+def _held_case(path: Path, place: str) -> Iterator[tuple[str, bytes]]:
+    """A case that a folder of results holds; one that names files by whole paths (an older folder's) is made anew."""
+    name, case = f"{place}/{path.name}", load_case(path)
     if named_files(case):
-        yield from _case(case, name, "")
+        yield from _case(case, name, "" if path.name == HELD else f"{path.stem}/")
     else:
         yield name, path.read_bytes()
 
@@ -145,18 +148,19 @@ def _campaign(campaign: Path, place: str, runs: bool) -> Iterator[tuple[str, byt
     for name in CAMPAIGN_FILES:
         if (campaign / name).is_file():
             yield f"{place}/{name}", (campaign / name).read_bytes()
-    yield from _held_case(campaign, place)
+    yield from _held_case(campaign / HELD, place)
     for path in sorted((campaign / "runs").glob("*")) if runs else ():
         if path.is_file() and not path.name.startswith("."):
             yield f"{place}/runs/{path.name}", path.read_bytes()
 
 
 def _files(folder: Path, place: str) -> Iterator[tuple[str, bytes]]:
-    """Files of a folder of results itself, with those that its case names; not the runs below it."""
-    if (folder / HELD).is_file():
-        yield from _held_case(folder, place)
+    """Files of a folder of results itself, with those that its cases name; not the runs below it."""
+    cases = [path for pattern in CASES for path in sorted(folder.glob(pattern))]
+    for path in cases:
+        yield from _held_case(path, place)
     for path in sorted(folder.iterdir()):
-        if path.is_file() and path.name not in (*LEFT_OUT, HELD) and path.suffix != ".zip":
+        if path.is_file() and path not in cases and path.name not in LEFT_OUT and path.suffix != ".zip":
             yield f"{place}/{path.name}", path.read_bytes()
 
 

@@ -28,10 +28,11 @@ CAMPAIGN_FILES = ("case.json", "design.csv", "curves.csv", "summary.json")
 
 @dataclass(frozen=True)
 class Sources:
-    """inversion, diagnosis: their folders, the latter None where there is none; campaigns, records: in the order of
+    """inversion, diagnosis: their folders, the latter None where there is none.
 
-    the options; cases: of the records where they were named, else empty; case: of the first record; options: as
-    train-and-invert had them; open_points: what is not there, or not as it should be.
+    campaigns, records: in the order of the options; beside: further records on which the diagnosis rests; cases: of the
+    records where they were named, else empty; case: of the first record; options: as train-and-invert had them;
+    open_points: what is not there, or not as it should be.
     """
 
     folder: Path
@@ -40,6 +41,7 @@ class Sources:
     diagnosis: Path | None
     campaigns: tuple[Path, ...]
     records: tuple[Path, ...]
+    beside: tuple[Path, ...]
     cases: tuple[Path, ...]
     case: Case
     options: Mapping[str, Any]
@@ -76,10 +78,12 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     case = _case(cases, held if held.is_file() else campaigns[0] / "case.toml", campaigns[0])
     report = next((page for page in (folder / "report.html", parts.inversion / "report.html") if page.is_file()), None)
     points = [*told, *([] if report else [f"no report.html in {folder.name}: make it with birdstrike report"])]
+    beside: tuple[Path, ...] = ()
     if parts.diagnosis is None:
         points.append("no diagnosis: whether an effect is missing from the model was not asked")
     else:
-        points += not_enclosed(Diagnosis.read(parts.diagnosis / "diagnosis.json"))
+        beside, more = of_diagnosis(Diagnosis.read(parts.diagnosis / "diagnosis.json"), records)
+        points += more
     return Sources(
         folder,
         parts.inversion,
@@ -87,6 +91,7 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
         parts.diagnosis,
         campaigns,
         records,
+        beside,
         cases,
         case,
         options,
@@ -95,17 +100,34 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     )
 
 
-def not_enclosed(found: Diagnosis) -> list[str]:
-    """Which records a diagnosis rests on that no archive of its inversion has; their places are not in its file."""
-    names = [f"shot {one.name}" for one in found.shots[1:]]
-    names += [f"baseline {name}" for name in (found.baseline or {}).get("shots", [])]
-    names += ["the held-out one"] * ("shot" in found.held_out)
-    if not names:
-        return []
-    return [
-        f"the diagnosis rests on further records ({', '.join(names)}), which are not in this archive: keep them and "
-        "their cases with it; the command repeats the calibration alone"
-    ]
+def of_diagnosis(found: Diagnosis, records: Sequence[Path]) -> tuple[tuple[Path, ...], list[str]]:
+    """Further records on which a diagnosis rests, and what to know of them: those of the inversion are `records`."""
+    named = found.record.get("files")
+    if named is None:  # of an earlier version
+        count = len(found.shots) - 1 + len((found.baseline or {}).get("shots", [])) + ("shot" in found.held_out)
+        return (), [_gone([f"{count} of which the diagnosis does not say the files"])] if count else []
+    held, gone = dict[Path, None](), list[str]()
+    for one in named:
+        try:
+            held[Path(resolve_measured(one)).resolve()] = None
+        except UserError:
+            gone.append(str(one))
+    own = {path.resolve() for path in records}
+    beside = tuple(path for path in held if path not in own)
+    points = [_gone(gone)] if gone else []
+    if beside:
+        points.append(
+            f"the diagnosis rests on further records ({', '.join(path.name for path in beside)}), which are in "
+            "diagnosis/records: the command repeats the calibration alone"
+        )
+    return beside, points
+
+
+def _gone(records: Sequence[str]) -> str:
+    return (
+        f"the diagnosis rests on further records which are not in this archive ({', '.join(records)}): keep them and "
+        "their cases with it"
+    )
 
 
 def _case(cases: Sequence[Path], held: Path, campaign: Path) -> Case:

@@ -19,7 +19,7 @@ from birdstrike import evidence
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import MARK
-from birdstrike.reports.evidence.sources import not_enclosed
+from birdstrike.reports.evidence.sources import of_diagnosis
 from birdstrike.reports.evidence.verification_rows import aspects, read_rows
 from birdstrike.solver.case.case import case_hash, load_case
 from tests.diagnoses import diagnosis
@@ -194,9 +194,22 @@ def test_the_summary_names_the_case_and_not_the_file_that_holds_it(zipped: Path,
     assert "# Evidence: reference_strike\n" in (tmp_path / "SUMMARY.md").read_text()
 
 
-def test_records_of_a_diagnosis_that_are_not_enclosed_are_open_points() -> None:
+def test_records_of_a_diagnosis_are_enclosed_or_an_open_point(tmp_path: Path) -> None:
     """The record of a baseline, on which an answer rests, was missing from the archive without a word."""
-    assert not not_enclosed(diagnosis(held_out={"time_block": {}}))
-    beside = diagnosis(baseline={"shots": ["clean85"]}, held_out={"time_block": {}, "shot": {}})
-    (said,) = not_enclosed(beside)
-    assert "further records (baseline clean85, the held-out one), which are not in this archive" in said
+    own, clean = tmp_path / "shot.csv", tmp_path / "clean.csv"
+    for path in (own, clean):
+        path.write_text("time_s,displacement_centre_m\n0,0\n")
+
+    def of(*files: Path) -> tuple[tuple[Path, ...], list[str]]:
+        return of_diagnosis(diagnosis(record={"files": [str(path) for path in files]}), [own])
+
+    assert of(own) == ((), [])
+    beside, (said,) = of(own, clean)
+    assert beside == (clean.resolve(),)
+    assert "further records (clean.csv), which are in diagnosis/records" in said
+    beside, (said,) = of(own, tmp_path / "moved.csv")
+    assert not beside
+    assert "not in this archive" in said
+    assert "moved.csv" in said
+    beside, (said,) = of_diagnosis(diagnosis(record={}, baseline={"shots": ["clean"]}), [own])
+    assert "1 of which the diagnosis does not say the files" in said
