@@ -234,6 +234,7 @@ def _wanted(ranking: Ranking, label: str, shot: Shot) -> Wanted:
     response = shot.setup.responses[one.name]
     fit = ranking.fits.get(label, ranking.fits[NONE])
     h = float(np.clip(evidence.h[0], *one.limits))
+    h *= one.response_in(shot, h)[1]
     b = _farther(response, h) or response.b(h)
     b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(response.known))))
     if not one.one_sided:

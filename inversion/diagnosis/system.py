@@ -287,7 +287,10 @@ def _acts(one: Suspect, shot: Shot) -> bool:
 
 
 def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], places: Places) -> Array:
-    """(n,) derivative of all records with respect to h at the places."""
+    """(n,) by which h changes all records at the places: of a fault the slope there, of a response the change by h = 1.
+
+    They are one but where the response in another case bends otherwise than the first's (`Suspect.response_in`).
+    """
     parts: list[Array] = []
     h = places.h.get(one.label, 0.0)
     for shot, grid in zip(shots, grids, strict=True):
@@ -546,20 +549,19 @@ def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], f
 
 def _learnt_error(one: Suspect, shots: Sequence[Shot], column: Array, places: Places) -> Array:
     """(n, q) what simulations leave unknown of a signature for h = 1: errors of regression, and their scatter."""
-    found = []
+    found: list[dict[str, Array]] = []
     for shot, own in zip(shots, _by_shot(shots, column), strict=True):
         if not np.any(own):
-            found.append(np.zeros((len(own), 0)))
+            found.append({})
             continue
         response, size = one.response_in(shot, places.h.get(one.label, 0.0))
         z = places.z[shot.name]
         scatter = response.scatter_at(z)[[shot.setup.channels.index(c) for c in shot.channels]]
-        errors = [shot.sample(response.error_at(z))]
+        parts = {"learnt": size * shot.sample(response.error_at(z)).T}
         if scatter.any():
-            errors.append(shot.scatter * scatter[shot.record.channel])
-        found.append(size * np.vstack(errors).T)
-    width = max(part.shape[1] for part in found)  # a setup whose response was simulated has more directions
-    return np.vstack([np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in found])
+            parts["scatter"] = size * (shot.scatter * scatter[shot.record.channel]).T
+        found.append(parts)
+    return np.vstack(_paired(found, [len(shot.record.values) for shot in shots]))
 
 
 def _trends(shots: Sequence[Shot], column: Array, size: float) -> list[dict[str, Array]]:
@@ -594,7 +596,7 @@ def _changed(
     """Directions of the discrepancy that baselines share, by channel, in each measured shot: none without baselines.
 
     A model-form error is a share of the response. An effect that changes the response by a share changes it by that
-    share of itself, in a way that the baseline cannot know; shots share that as they share the discrepancy.
+    share of itself, in a way that the baseline cannot know, alike in shots of birds that are alike.
     """
     found: list[dict[str, Array]] = []
     for shot, peaks in zip(shots, _peaks(shots, means), strict=True):

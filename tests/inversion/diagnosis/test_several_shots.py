@@ -13,12 +13,15 @@ from matplotlib.figure import Figure
 
 from birdstrike.data.curves import LONGEST, Measured, shot_names
 from birdstrike.data.errors import UserError
+from birdstrike.inversion.diagnosis.before_and_after import other_record
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, curve_files, described, diagnose
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
+from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.pipeline import _left_out
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Record, Shot
+from birdstrike.inversion.diagnosis.solver_update import _on
 from birdstrike.inversion.diagnosis.system import Nearness, Places, _changed, _numerical, _trends
 from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
@@ -328,6 +331,20 @@ def test_a_held_out_record_has_not_what_one_of_several_shots_has(named_badly: tu
     assert held["after"] < 1.5
     assert "<td>the record of --heldout</td>" in page
     assert not any("held-out record is predicted worse" in one for one in found.warnings)
+
+
+@pytest.mark.usefixtures("found")
+def test_a_held_out_record_has_not_what_the_first_shot_s_case_cannot_carry(rankings: list[Ranking]) -> None:
+    """It ended in a KeyError after all simulations."""
+    problem, (first, *_) = rankings[0].problem, rankings[0].problem.shots
+    lost = replace(first.setup, learnt={k: v for k, v in first.setup.learnt.items() if k != "plate_thickness"})
+    problem = _on(problem, first.setup, lost)
+    thinner = next(one for one in problem.found if one.label == "plate_thickness")
+    model = Hypothesis(thinner.label, (thinner,), 0.1, "plate")
+    fit = problem.tested(model, Places(rankings[0].fits["none"].places.z, {thinner.label: -1.0}))
+    held = other_record(problem, model, fit, replace(problem.shots[0], name="held"), problem.shots[0])
+    assert thinner.shots == ("fast",)
+    assert np.isfinite(held.error)
 
 
 def test_a_fault_of_a_sensor_that_the_first_shot_lacks_is_told_where_it_is(tmp_path: Path) -> None:
