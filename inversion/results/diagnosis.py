@@ -66,6 +66,12 @@ class EffectFigures:
     plausible_size: float | None
     confirmed: bool
 
+    @classmethod
+    def of(cls, entry: Mapping[str, Any]) -> EffectFigures:
+        """From an entry of diagnosis.json."""
+        ends = entry["interval_95"]
+        return cls(**{**entry, "interval_95": ends and tuple(ends)})
+
     def figures(self) -> dict[str, Any]:
         """For JSON."""
         return dict(vars(self))
@@ -211,7 +217,7 @@ class Diagnosis(Displayed):
             content = json.loads(path.read_text(encoding="utf-8"))
             own = {one.name: content[one.name] for one in fields(cls) if one.name in content}
             own |= {name: tuple(content[name]) for name in ("confidence_set", "pairs", "warnings")}
-            own["effects"] = tuple(EffectFigures(**one) for one in content["effects"])
+            own["effects"] = tuple(EffectFigures.of(one) for one in content["effects"])
             own["before"], own["after"] = State(**content["before"]), _after(content)
             own["shots"] = tuple(ShotStates.of(one) for one in content["shots"])
             return cls(**own)

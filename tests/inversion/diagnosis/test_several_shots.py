@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from birdstrike.data.curves import LONGEST, Measured, shot_names
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.before_and_after import other_record
-from birdstrike.inversion.diagnosis.diagnose import NamedRecord, curve_files, described, diagnose
+from birdstrike.inversion.diagnosis.diagnose import NamedRecord, curve_files, described, diagnose, matched
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.model_file import model_table
@@ -104,6 +104,11 @@ def test_birds_of_several_shots_that_are_not_alike_are_each_calibrated_and_told(
     assert not any(name.startswith("shot ") for name in found.held_out), "no shot tells of the bird of another"
 
 
+def test_effects_are_read_from_the_file_as_they_were_found(found: Diagnosis, out: Path) -> None:
+    """Intervals came back as lists."""
+    assert Diagnosis.read(out / "diagnosis.json").effects == found.effects
+
+
 def test_birds_that_are_alike_are_not_told_apart(found: Diagnosis) -> None:
     assert not any("recipe" in one for one in found.warnings)
     assert found.verdict == ATTRIBUTED
@@ -134,7 +139,7 @@ def test_the_page_to_play_with_and_the_cards_say_whose_bird_they_have(found: Dia
     fast = found.shots[1].before.parameters["bird.material.viscosity"]["value"]
     assert view.presets[3]["theta"] == pytest.approx([fast])
     said = " ".join(read_export(out).source)
-    assert "The records are simulated, not measured: slow, fast." in said
+    assert "Records: slow, fast. The records are simulated, not measured." in said
     assert "The bird is that of shot slow; every shot has its own" in said
     assert "the bird is that of shot slow; every shot has its own" in read_diagnosis(out).said
 
@@ -266,6 +271,11 @@ def test_errors_before_and_after_are_of_one_mesh() -> None:
     assert all(one and one.rmse_less_baseline and one.rmse[SIDE] == 5.0 for one in both)
     assert all(one and one.rmse_less_baseline == {SIDE: 1.0} for one in both)
     assert all(one and one.rmse[SIDE] == 2.0 for one in errors(ran, fitted))
+
+
+def test_one_record_and_two_cases_are_refused_in_good_grammar() -> None:
+    with pytest.raises(UserError, match=r"^1 record and 2 cases: give one case"):
+        matched([tiny(), FAST], [shot("slow", 80.0, 1, SIDE)])
 
 
 def test_a_shot_s_name_cannot_be_taken_for_another_part_of_an_answer_and_names_files() -> None:
