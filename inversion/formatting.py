@@ -23,6 +23,11 @@ def span(low: float, high: float, si_unit: str, digits: int = 3) -> str:
     return f"{rounded(display(low, si_unit)[0], digits)} .. {quantity(high, si_unit, digits)}"
 
 
+def many(count: int, what: str) -> str:
+    """ "1 record", "3 records"."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
 def provenance(shots: Sequence[str], simulated: Sequence[str]) -> str:
     """ "The record is measured"; where only some of several shots are simulated, these by name."""
     some = simulated if 0 < len(simulated) < len(shots) else []

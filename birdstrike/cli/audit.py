@@ -52,6 +52,7 @@ def command(
     from birdstrike.data.paths import MEASURED
     from birdstrike.inversion.audit.audit import audit
     from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
+    from birdstrike.inversion.formatting import many
     from birdstrike.reports.page.audit import audit_markdown, write_audit_page
 
     options = DiagnosisOptions(alpha, seed, workers, counter=campaign_bar, say=say, check=confirm)
@@ -81,7 +82,7 @@ def command(
     missed = list(missing(content))
     say(f"acceptance criteria missed: {'; '.join(missed) if missed else 'none'}")
     if not content["complete"]:
-        say(f"{content['records']} records were answered; a table needs {content['wanted']} truths")
+        say(f"{many(content['records'], 'record')} answered; a table needs {content['wanted']} truths")
     return {"out": str(out), "audit": str(out / "audit.json"), "page": str(page), "missed": missed}
 
 
@@ -106,7 +107,9 @@ def typed(
 
 def table(name: str, entry: Mapping[str, Any]) -> Table:
     """Acceptance criteria with their figures."""
-    heading = f"{name}: {entry['curves']} truths, {entry['records']} records"
+    from birdstrike.inversion.formatting import many
+
+    heading = f"{name}: {many(entry['curves'], 'truth')}, {many(entry['records'], 'record')}"
     shown = Table(title=heading, title_justify="left")
     for head in ("figure", "value", "bootstrap", "Clopper-Pearson", "criterion", "met"):
         shown.add_column(head, overflow="fold")

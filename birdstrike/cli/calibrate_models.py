@@ -97,7 +97,7 @@ def command(
     page = write_models_page(out)
     warn(found.warnings, f"{page} and models.json", ordered=True)
     if found.simulated:
-        say("the records are simulated, not measured")
+        say(found.provenance)
     console.print(table(found))
     for name in found.ranking:
         for one in found.models[name].combinations.values():

@@ -149,7 +149,7 @@ def shown(label: str) -> AbstractContextManager[Callable[[float], None]]:
 def lines(found: Diagnosis) -> Iterator[str]:
     """What stands above the table: provenance, model error, the verdict in words."""
     if len(found.shots) > 1:
-        yield f"{found.provenance}: {', '.join(found.record['shots'])}"
+        yield f"records: {', '.join(found.record['shots'])}. {found.provenance}"
     elif found.record["simulated"]:
         yield f"record: {found.record['path']} is simulated, not measured"
     yield f"model-form error: {found.discrepancy['source']}"

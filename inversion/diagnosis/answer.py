@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.stats import norm
@@ -40,9 +40,6 @@ from birdstrike.inversion.results.diagnosis import (
 )
 from birdstrike.solver.effects.registry import effects, kind_of
 from birdstrike.surrogate.gaussian_process import NORMAL_95
-
-if TYPE_CHECKING:
-    pass
 
 SIMULATION_SCATTER = 5.0
 """Nats by which one effect may gain on another where their responses are simulated anew. On two shots of another code,

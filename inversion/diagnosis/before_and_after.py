@@ -267,9 +267,13 @@ def rms_by_channel(shot: Shot, residual: Array) -> dict[str, float]:
 def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, first: Shot) -> Held:
     """A record of the first shot's case that nothing was fitted to, predicted with the first shot's parameters.
 
-    It has the effects of the rig and its instruments, and none that a single one of several shots has for itself.
+    It has the effects of the rig and its instruments that the first shot has, and none that a single one of several
+    shots has for itself.
     """
-    members = tuple(replace(one, shots=() if label_parts(one.label)[2] else (heldout.name,)) for one in model.members)
+    members = tuple(
+        replace(one, shots=(heldout.name,) if first.name in one.shots and not label_parts(one.label)[2] else ())
+        for one in model.members
+    )
     curve = predicted(heldout, replace(model, members=members), *estimate(first, model, fit))
     expected = expected_residual(first, problem, model, fit)
     mean, sd = np.empty(len(curve)), np.empty(len(curve))

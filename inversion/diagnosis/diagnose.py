@@ -25,7 +25,7 @@ from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_pla
 from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import NearFits, with_runs
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
-from birdstrike.inversion.formatting import quantity, span
+from birdstrike.inversion.formatting import many, quantity, span
 from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, Diagnosis
 from birdstrike.solver.case.case import Case, CaseSource, Parameter, as_case, case_hash
@@ -192,8 +192,8 @@ def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRec
     cases = [*cases] * (len(records) if len(cases) == 1 else 1)
     if len(cases) != len(records):
         raise UserError(
-            f"{len(records)} records and {len(cases)} cases: give one case, or one for each record in order, of which "
-            "CASE is the first"
+            f"{many(len(records), 'record')} and {many(len(cases), 'case')}: give one case, or one for each record in "
+            "order, of which CASE is the first"
         )
     return [NamedRecord(*one) for one in zip(shot_names(records), cases, records, strict=True)]
 

@@ -45,6 +45,7 @@ OF_SHOT = (
     "bird_length",
 )
 """Effects that another shot of the rig need not have; trigger offsets too."""
+SMALL = 1e-3  # size of a response that is below every one that was simulated
 
 
 @dataclass(frozen=True)
@@ -95,12 +96,14 @@ class Suspect:
     def response_in(self, shot: Shot, h: float) -> tuple[Response, float]:
         """The response in a shot's case, in the sense of h, and its size there for h = 1.
 
-        h counts in the first shot's response; where one of another case bends otherwise, h is another part of it.
+        h counts in the first shot's response; where one of another case bends otherwise, h is another part of it: of
+        h = 0 as of a small one.
         """
         own, first = shot.setup.responses[self.name], self.response
-        if own is first or first is None or not h:
+        if own is first or first is None:
             return own.sided(h), 1.0
-        return own.sided(h), own.h(first.b(h)) / h
+        some = h or SMALL
+        return own.sided(h), own.h(first.b(some)) / some
 
     def change_in(self, shot: Shot, z: Array, h: float) -> Array:
         """(n,) change of a shot's record for h = 1, in the sense and at the size h, at parameters z (k,)."""

@@ -16,7 +16,7 @@ from functools import reduce
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.plan import WIDEST, Block, Known, Plan, slope
+from birdstrike.inversion.diagnosis.plan import WIDEST, Block, Known, Plan
 
 LINEAR = ((-WIDEST, -WIDEST), (WIDEST, WIDEST))
 FEWEST_LEFT = 3  # pairs beyond the number of effects
@@ -65,9 +65,8 @@ class Response:
     signature: (grid,) SI for h = 1 at the place `centre` (k,); slopes: (k, grid) its change with the parameters, over
     one range; uncertainties: what is not known of them, by source; scatter: (k + 1, k + 1, channels) covariance, SI,
     of signature and slopes by the scatter of simulations of the effect alone; knots: magnitude in plausible sizes ->
-    size h of the response, both increasing, linear between; reach: plausible sizes up to which it was simulated;
-    simulated: magnitudes at which it was simulated by itself, in plausible sizes; senses: of negative and of positive
-    magnitudes alone, once it was.
+    size h of the response, both increasing, linear between; simulated: magnitudes at which it was simulated by itself,
+    in plausible sizes; senses: of negative and of positive magnitudes alone, once it was.
     """
 
     known: Known
@@ -77,7 +76,6 @@ class Response:
     uncertainties: tuple[Uncertainty, ...]
     scatter: Array
     knots: tuple[tuple[float, float], ...] = LINEAR
-    reach: float = 1.0
     simulated: tuple[float, ...] = ()
     senses: tuple[Response, Response] | None = None
 
@@ -163,10 +161,9 @@ def _learnt(
     found: dict[str, Response] = {}
     for j, known in enumerate(block.known):
         own = np.arange(j, len(mean), count)
-        reach = (2.0 if known.one_sided else 1.0) * slope(known)
         spread = covariance[np.ix_(own, own)]
         error, unseen = Uncertainty(left, spread), np.zeros_like(spread)
-        found[known.name] = Response(known, mean[j], mean[own[1:]], centre, (error,), unseen, reach=reach)
+        found[known.name] = Response(known, mean[j], mean[own[1:]], centre, (error,), unseen)
     return found
 
 
@@ -303,7 +300,6 @@ def updated(response: Response, change: Change) -> Response:
         uncertainties=tuple(uncertainties),
         scatter=_left(response.scatter, kept) + gain[:, None] * gain[None] * seen,
         knots=_with_knot(response, b, h),
-        reach=max(response.reach, abs(b)),
         simulated=(*response.simulated, b),
     )
 

@@ -224,8 +224,11 @@ def wanted_effects(ranking: Ranking) -> list[tuple[str, Shot]]:
 
 def _one_of_each_case(ranking: Ranking, one: Suspect) -> list[Shot]:
     """The first shot of every case in which an effect acts."""
-    acting = [shot for shot in ranking.problem.shots if shot.name in one.shots and one.name in shot.setup.responses]
-    return list({id(shot.setup): shot for shot in reversed(acting)}.values())[::-1]
+    first: dict[int, Shot] = {}
+    for shot in ranking.problem.shots:
+        if shot.name in one.shots:
+            first.setdefault(id(shot.setup), shot)
+    return list(first.values())
 
 
 def _wanted(ranking: Ranking, label: str, shot: Shot) -> Wanted:
@@ -234,6 +237,7 @@ def _wanted(ranking: Ranking, label: str, shot: Shot) -> Wanted:
     response = shot.setup.responses[one.name]
     fit = ranking.fits.get(label, ranking.fits[NONE])
     h = float(np.clip(evidence.h[0], *one.limits))
+    h *= one.response_in(shot, h)[1]
     b = _farther(response, h) or response.b(h)
     b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(response.known))))
     if not one.one_sided:

@@ -365,7 +365,10 @@ def _acts(one: Suspect, shot: Shot) -> bool:
 
 
 def _signature(one: Suspect, at: Linearisation) -> Array:
-    """(n,) derivative of all records with respect to h at the places."""
+    """(n,) by which h changes all records at the places: of a fault the slope there, of a response the change by h = 1.
+
+    They are one but where the response in another case bends otherwise than the first's (`Suspect.response_in`).
+    """
     parts: list[Array] = []
     h = at.places.h.get(one.label, 0.0)
     for shot, z, grid in zip(at.shots, at.z, at.grids, strict=True):
@@ -616,10 +619,10 @@ def _learnt_error(one: Suspect, at: Linearisation, column: Array) -> Array:
             continue
         response, size = one.response_in(shot, at.places.h.get(one.label, 0.0))
         scatter = response.scatter_at(z)[[shot.setup.channels.index(c) for c in shot.channels]]
-        errors = [shot.sample(response.error_at(z))]
+        parts = {f"learnt {id(shot.setup)}": size * shot.sample(response.error_at(z)).T}
         if scatter.any():
-            errors.append(shot.scatter * scatter[shot.record.channel])
-        found.append({str(id(shot.setup)): size * np.vstack(errors).T})
+            parts[f"scatter {id(shot.setup)}"] = size * (shot.scatter * scatter[shot.record.channel]).T
+        found.append(parts)
     return np.vstack(_paired(found, [len(shot.record.values) for shot in at.shots]))
 
 
@@ -648,7 +651,7 @@ def _changed(at: Linearisation, shapes: Mapping[str, Shape], known: Amplitudes) 
     """Directions of the discrepancy that baselines share, by channel, in each measured shot: none without baselines.
 
     A model-form error is a share of the response. An effect that changes the response by a share changes it by that
-    share of itself, in a way that the baseline cannot know; shots share that as they share the discrepancy.
+    share of itself, in a way that the baseline cannot know, alike in shots of birds that are alike.
     """
     found: list[dict[str, Array]] = []
     for shot, peaks in zip(at.shots, at.peaks, strict=True):

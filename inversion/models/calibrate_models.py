@@ -19,6 +19,7 @@ from birdstrike.data.files import write_json
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
+from birdstrike.inversion.formatting import many
 from birdstrike.inversion.models.campaigns import FitOptions, ModelRuns, ShotSetup
 from birdstrike.inversion.models.candidates import Candidate, calibrated_case, candidates, literature_case
 from birdstrike.inversion.models.joint_fit import ModelFit
@@ -190,8 +191,8 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
         raise UserError("--measured is missing: give one measured-data CSV, or several, each with its --case")
     if len(cases) not in (1, len(records)):
         raise UserError(
-            f"{len(records)} records and {len(cases)} cases were given: give CASE alone for all of them, or one --case "
-            "for each --measured, in their order, CASE being the first"
+            f"{many(len(records), 'record')} and {many(len(cases), 'case')} were given: give CASE alone for all of "
+            "them, or one --case for each --measured, in their order, CASE being the first"
         )
     loaded = [as_case(one) for one in (cases if len(cases) == len(records) else cases * len(records))]
     read = [as_measured(one) for one in records]
@@ -236,6 +237,7 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
     by = "shot" if len(setups) > 1 else "time block"
     sentences = {shot: _of_shot(found, shot, order) for shot, order in found.per_shot.items()}
     speeds = {setup.name: setup.case.impact.speed for setup in setups}
+    simulated = tuple(setup.name for setup in setups if setup.measured.simulated)
     own = warnings_of({name: vars(one) for name, one in found.answers.items()}, found.ranking)
     return ModelComparison(
         models=found.answers,
@@ -245,7 +247,8 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
         tied_per_shot=found.tied_per_shot,
         records={setup.name: setup.measured.path for setup in setups},
         speeds=speeds,
-        simulated=any(setup.measured.simulated for setup in setups),
+        simulated=bool(simulated),
+        simulated_shots=simulated,
         heldout_by=by,
         sentence=_sentence(found.answers, found.ranking, found.tied, by) if found.ranking else "no model has an answer",
         per_shot_sentences=sentences,

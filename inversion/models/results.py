@@ -13,6 +13,7 @@ from pydantic import TypeAdapter
 from birdstrike.data.display import Displayed
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
+from birdstrike.inversion.formatting import provenance
 from birdstrike.inversion.results.estimates import Estimate
 
 SCHEMA_VERSION = 1
@@ -108,9 +109,10 @@ class ModelComparison(Displayed):
     """All models over all shots.
 
     ranking: names, least expected held-out error first; per_shot: the same by shot; tied: names that share the first
-    place, empty where the first stands alone; tied_per_shot: the same by shot; records: shot -> file; sentence: the
-    answer; speeds: shot -> impact speed [m/s]; heldout_by: "shot", or "time block" of a single record; warnings: of all
-    models, one for each thing found, the gravest first.
+    place, empty where the first stands alone; tied_per_shot: the same by shot; records: shot -> file; simulated:
+    whether one of them is, simulated_shots: of which; sentence: the answer; speeds: shot -> impact speed [m/s];
+    heldout_by: "shot", or "time block" of a single record; warnings: of all models, one for each thing found, the
+    gravest first.
     """
 
     models: Mapping[str, ModelAnswer]
@@ -126,6 +128,12 @@ class ModelComparison(Displayed):
     per_shot_sentences: Mapping[str, str]
     seed: int
     warnings: tuple[str, ...] = ()
+    simulated_shots: tuple[str, ...] = ()
+
+    @property
+    def provenance(self) -> str:
+        """Whether the records are measured, and of several which are simulated."""
+        return provenance(list(self.records), self.simulated_shots)
 
     def as_json(self) -> dict[str, Any]:
         """`models.json`: the contract's keys, and beside them what the page shows."""

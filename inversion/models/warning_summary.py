@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from birdstrike.inversion.formatting import many
 from birdstrike.inversion.models.ranking import misses
 
 MOST_NAMED = 3  # channels
@@ -94,7 +95,7 @@ def _coarse(found: Sequence[Found]) -> str:
 
 def _stands_in(found: Sequence[Found]) -> str:
     return (
-        f"{_many(len(found), 'simulation')} at the answers of {_models(found)} failed, {_first(found)}: the nearest "
+        f"{many(len(found), 'simulation')} at the answers of {_models(found)} failed, {_first(found)}: the nearest "
         "run that finished stands in, so that the errors are those of its constants; change what the solver asks for, "
         "or narrow the ranges: inversion.models.NAME"
     )
@@ -104,7 +105,7 @@ def _lost_runs(found: Sequence[Found]) -> str:
     counts = Counter(one.model for one in found)
     shown = _list([f"{name} {count}" for name, count in counts.items()], MOST_MODELS)
     return (
-        f"{_many(len(found), 'simulation')} failed and {_are(len(found))} left out ({shown}), {_first(found)}: the "
+        f"{many(len(found), 'simulation')} failed and {_are(len(found))} left out ({shown}), {_first(found)}: the "
         "emulator knows less of such constants; change what the solver asks for, or narrow the ranges: "
         "inversion.models.NAME"
     )
@@ -128,7 +129,7 @@ def _poor(found: Sequence[Found]) -> str:
     worst = min(found, key=lambda one: one.number("q2"))
     where = f"{worst.found['channel']} with {worst.model}, Q2 {worst.found['q2']}"
     return (
-        f"the emulators of {_models(found)} predict {_many(len(found), 'channel')} of left-out runs poorly (worst: "
+        f"the emulators of {_models(found)} predict {many(len(found), 'channel')} of left-out runs poorly (worst: "
         f"{where}): these carry that error as noise and count for less in the calibration; raise --runs, or leave them "
         "out: --channels"
     )
@@ -147,7 +148,7 @@ def _overruled(found: Sequence[Found]) -> str:
     channels, first = list(dict.fromkeys(one.found["channel"] for one in found)), found[0].found
     other = " and ".join(dict.fromkeys(one.found["other"] for one in found))
     return (
-        f"the noise stated for {_many(len(channels), 'channel')} ({_list(channels)}) is not {other}, which is used "
+        f"the noise stated for {many(len(channels), 'channel')} ({_list(channels)}) is not {other}, which is used "
         f"instead (the first: {first['stated']}; {first['level']}); correct what is stated: sensors.NAME.noise of its "
         "case, or birdstrike import --sigma"
     )
@@ -157,7 +158,7 @@ def _left_out(found: Sequence[Found]) -> str:
     counts = {one.model: one.found["runs"].count(",") + 1 for one in found}
     shown = _list([f"{name} {count}" for name, count in counts.items()], MOST_MODELS)
     return (
-        f"{_many(sum(counts.values()), 'run')} ({shown}) lost more than {found[0].found['limit']} and "
+        f"{many(sum(counts.values()), 'run')} ({shown}) lost more than {found[0].found['limit']} and "
         f"{_are(sum(counts.values()))} left out of the emulators, which know less of such constants; narrow the ranges "
         "of the constants that erode: inversion.models.NAME"
     )
@@ -175,7 +176,7 @@ def _single_readings(found: Sequence[Found]) -> str:
     points = {one.found["channel"]: int(one.found["points"]) for one in found}
     total = sum(points.values())
     return (
-        f"{_many(total, 'reading')} of {_list(list(points))} {_are(total)} far off the neighbouring ones and left out, "
+        f"{many(total, 'reading')} of {_list(list(points))} {_are(total)} far off the neighbouring ones and left out, "
         "since single readings would pull the fit; check the record there, for what is real in them is lost to the fit"
     )
 
@@ -184,7 +185,7 @@ def _beyond(found: Sequence[Found]) -> str:
     points = {one.found["channel"]: int(one.found["before"]) + int(one.found["after"]) for one in found}
     total = sum(points.values())
     return (
-        f"{_many(total, 'point')} of {_many(len(points), 'channel')} outside the simulated time "
+        f"{many(total, 'point')} of {many(len(points), 'channel')} outside the simulated time "
         f"({found[0].found['span']}) {_are(total)} left out of the fit; raise time.end to use later ones"
     )
 
@@ -246,10 +247,6 @@ def _list(names: Sequence[str], most: int = MOST_NAMED) -> str:
     shown, rest = list(names[:most]), len(names) - most
     last = f"{rest} more" if rest > 0 else shown.pop()
     return f"{', '.join(shown)} and {last}" if shown else last
-
-
-def _many(count: int, what: str) -> str:
-    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def _are(count: int) -> str:

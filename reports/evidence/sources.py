@@ -15,6 +15,7 @@ from birdstrike.data.files import read_json
 from birdstrike.data.out_folder import maker_of
 from birdstrike.data.paths import resolve_measured
 from birdstrike.doe.campaign.folder import CampaignFolder
+from birdstrike.inversion.formatting import many
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import OPTIONS_FILE
@@ -177,8 +178,8 @@ def _records(options: Mapping[str, Any], given: Sequence[str | Path]) -> tuple[P
     named: list[Any] = list(given) or list(options["measured"])
     if given and len(given) != len(options["measured"]):
         raise UserError(
-            f"--measured was given {len(given)} times, and the inversion has {len(options['measured'])} records: give "
-            "each of them, in their order"
+            f"--measured was given {many(len(given), 'time')}, and the inversion has "
+            f"{many(len(options['measured']), 'record')}: give each of them, in their order"
         )
     found, gone = [], []
     for one in named:

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.estimation.verification import error_words
-from birdstrike.inversion.formatting import flight, quantity, span
+from birdstrike.inversion.formatting import flight, provenance, quantity, span
 from birdstrike.inversion.models.results import COMPARISON, read_comparison
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.estimates import Answer, Estimate
@@ -127,6 +127,7 @@ def _of_model(folder: Path, name: str) -> Export:
     ]
     remarks += [one["sentence"] for one in answer["combinations"].values() if one["sentence"]]
     low, high = answer["expected_95"]
+    simulated = content.get("simulated_shots", shots if content["simulated"] else [])
     files = ", ".join(Path(content["records"][shot]).name for shot in shots)
     source = (
         f"Bird model {name} calibrated by calibrate-models ({COMPARISON}), place {content['ranking'].index(name) + 1} "
@@ -134,7 +135,7 @@ def _of_model(folder: Path, name: str) -> Export:
         f"{high:.2f}).",
         *([] if answer["inside"] else ["NO CONSTANTS in its ranges produce the records: these are only the nearest."]),
         f"{content['sentence']}.",
-        f"Records: {files}{', SIMULATED, NOT MEASURED' if content['simulated'] else ''}.",
+        f"Records: {files}. {provenance(shots, simulated)}.",
         f"Case of the first {case_hash(base)}: {_impact(base)}.",
     )
     return Export((ExportedBird(name, bird.material, bird.actual_density, tuple(remarks)),), source)
@@ -166,8 +167,8 @@ def _of_diagnosis(path: Path, case: str | Path | None) -> Export:
 
 def _records(found: Diagnosis) -> tuple[str, ...]:
     """What a diagnosis was made of, and of several shots whose bird is written."""
-    said = f"{found.provenance}: {', '.join(found.record['shots'])}."
     first, *others = found.record["shots"]
+    said = f"{'Records' if others else 'Record'}: {', '.join((first, *others))}. {found.provenance}."
     return (said, f"The bird is that of shot {first}; every shot has its own (`shots` there).") if others else (said,)
 
 

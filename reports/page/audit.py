@@ -10,6 +10,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.files import read_json, write_atomically
 from birdstrike.inversion.audit.draws import PARTICLES, SHELLS, SHELLS_OF_FORM, name_of
 from birdstrike.inversion.audit.tables import NEAR, criteria
+from birdstrike.inversion.formatting import many
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
 from birdstrike.reports.figures.audit import confusion_figure, reliability_figure
 from birdstrike.reports.page.render import rendered
@@ -131,14 +132,16 @@ def _size(label: str, value: float) -> str:
 def state(content: Mapping[str, Any]) -> str:
     """Whether the audit has been run to the end, and with how many records."""
     records, wanted = content["records"], content["wanted"]
-    failed = f" {len(content['failed'])} further records have no answer." if content["failed"] else ""
+    lost = len(content["failed"])
+    failed = f" {many(lost, 'further record')} {'has' if lost == 1 else 'have'} no answer." if lost else ""
+    scored = f"{many(records, 'record')} {'was' if records == 1 else 'were'} diagnosed and scored"
     if content["complete"]:
-        return f"{records} records were diagnosed and scored.{failed}"
+        return f"{scored}.{failed}"
     if not records:
         return f"**The audit of this design of the diagnosis has not been run**: no record has been scored.{failed}"
     return (
-        f"**The audit of this design of the diagnosis has not been run to the end**: {records} records were diagnosed "
-        f"and scored, and a table needs {wanted} truths. Figures of so few say little.{failed}"
+        f"**The audit of this design of the diagnosis has not been run to the end**: {scored}, and a table needs "
+        f"{wanted} truths. Figures of so few say little.{failed}"
     )
 
 
@@ -210,9 +213,9 @@ def page(content: Mapping[str, Any]) -> str:
 def section(number: int, name: str, entry: Mapping[str, Any]) -> Section:
     """All of one kind of record."""
     intro = (
-        f"{entry['records']} records of {entry['curves']} truths. Two intervals, both over truths: by bootstrap, which "
-        "is too narrow over a handful of them, and Clopper and Pearson's of the nearest whole number of truths, which "
-        "is wide; a criterion on an interval takes the wider. Missed criteria are shown."
+        f"{many(entry['records'], 'record')} of {many(entry['curves'], 'truth')}. Two intervals, both over truths: by "
+        "bootstrap, which is too narrow over a handful of them, and Clopper and Pearson's of the nearest whole number "
+        "of truths, which is wide; a criterion on an interval takes the wider. Missed criteria are shown."
     )
     found = tables(entry)
     confusion = drawing(
@@ -240,7 +243,7 @@ def _lines(content: Mapping[str, Any]) -> Iterator[str]:
     yield from ("", made, "", state(content), "", words(content)) if content["records"] else ("", state(content))
     yield from ("", METHOD)
     for name, entry in content["tables"].items():
-        yield f"\n## Records of {name}: {entry['curves']} truths, {entry['records']} records"
+        yield f"\n## Records of {name}: {many(entry['curves'], 'truth')}, {many(entry['records'], 'record')}"
         for key, table in tables(entry).items():
             yield f"\n{table.caption}\n"
             yield from in_markdown(table)

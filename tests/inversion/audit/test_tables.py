@@ -10,7 +10,7 @@ import pytest
 
 from birdstrike.inversion.audit.score import Score
 from birdstrike.inversion.audit.tables import Criterion, by_truth, confusion, criteria, rate, reliability, tables
-from birdstrike.reports.page.audit import audit_markdown, page
+from birdstrike.reports.page.audit import audit_markdown, page, state
 
 BASE = Score(
     name="a",
@@ -163,6 +163,9 @@ def test_the_pages_say_how_far_the_audit_got_and_list_what_was_not_measured() ->
     assert "### 1 channel, 1 shot" not in text, "that table is there"
     assert "| power of the alarm at 5 | at least 95 % | not measured |" in text
     assert "plate_thickness +0.1 mm" in text
+    assert state({**content(scores[:1], complete=True), "failed": {"a": "lost"}}) == (
+        "1 record was diagnosed and scored. 1 further record has no answer."
+    )
     whole = page(content(scores, complete=True))
     assert "not been run to the end" not in whole
     assert "Records of 1 channel, 1 shot, without a baseline" in whole

@@ -38,10 +38,11 @@ from birdstrike.inversion.diagnosis.evidence import (
     probabilities,
 )
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
+from birdstrike.inversion.diagnosis.model_file import _response
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
 from birdstrike.inversion.diagnosis.responses import LINEAR, Change, Response, Uncertainty, scatter, up_to_date, updated
-from birdstrike.inversion.diagnosis.solver_update import _farther, wanted_effects
+from birdstrike.inversion.diagnosis.solver_update import _farther, _wanted, wanted_effects
 from birdstrike.inversion.diagnosis.system import (
     IN_COMMON,
     SHARE,
@@ -50,6 +51,7 @@ from birdstrike.inversion.diagnosis.system import (
     Linearisation,
     Places,
     System,
+    _learnt_error,
     _trends,
     lattice_columns,
 )
@@ -433,7 +435,6 @@ def test_a_faster_bird_in_one_shot_and_a_slower_one_in_the_other_are_both_simula
         problem=SimpleNamespace(shots=[SimpleNamespace(name=shot, setup=setup) for shot in "ab"]),
     )
     assert [label for label, _ in wanted_effects(ranking)] == wanted
-    assert len(wanted_effects(ranking)) == len(wanted)
     ranking.problem.shots[1].setup = SimpleNamespace(responses=setup.responses)
     assert [label for label, _ in wanted_effects(ranking)] == ["speed@a", "speed@b"], "in another case it is anew"
 
@@ -596,19 +597,75 @@ def test_each_sense_of_an_effect_is_what_its_own_simulations_show() -> None:
     np.testing.assert_array_equal(both.sided(1.0).signature, alone.sided(1.0).signature)
     assert both.sided(0.0) is both
     assert both.simulated == (2.0, -2.0)
+    setup: Any = SimpleNamespace(split=lambda rows: {"a": rows})
+    stored = _response(setup, both)
+    np.testing.assert_array_equal(stored["signature"]["a"], both.sided(1.0).signature)
+    np.testing.assert_array_equal(stored["negative"]["signature"]["a"], both.sided(-1.0).signature)
+    assert "negative" not in _response(setup, learnt)
+
+
+def in_two_cases() -> tuple[Suspect, list[Any]]:
+    """A clamp with a shot of each of two cases: at 2 plausible sizes one answers with 1.5, the other with 0.5."""
+    known: Any = SimpleNamespace(one_sided=True, least=0.0, name="clamp", size=1.0)
+    first, other = (
+        replace(
+            response(k * np.ones(4), knots=((-5.0, -5.0), (0.0, 0.0), (2.0, h), (5.0, 2.0 * h))),
+            known=known,
+            simulated=(2.0,),
+        )
+        for k, h in ((1.0, 1.5), (3.0, 0.5))
+    )
+    setups = [SimpleNamespace(responses={"clamp": own}, lows=np.zeros(1), highs=np.ones(1)) for own in (first, other)]
+    shots: list[Any] = [
+        SimpleNamespace(name=name, setup=setup, sample=lambda rows: rows)
+        for name, setup in zip("ab", setups, strict=True)
+    ]
+    return Suspect("clamp", "clamp", "support", ("a", "b"), response=first), shots
 
 
 def test_in_another_case_an_effect_has_the_size_that_its_response_there_has() -> None:
-    """At 2 plausible sizes the first case answers with 1.5, the other with 0.5 of its own signature."""
-    first = response(np.ones(4), knots=((-5.0, -5.0), (0.0, 0.0), (2.0, 1.5), (5.0, 3.0)))
-    other = response(3.0 * np.ones(4), knots=((-5.0, -5.0), (0.0, 0.0), (2.0, 0.5), (5.0, 1.0)))
-    one = Suspect("clamp", "clamp", "support", ("a", "b"), response=first)
-    setups = [SimpleNamespace(responses={"clamp": own}) for own in (first, other)]
-    shots: list[Any] = [SimpleNamespace(setup=setup, sample=lambda rows: rows) for setup in setups]
+    one, shots = in_two_cases()
     changes = [1.5 * one.change_in(shot, np.zeros(1), 1.5) for shot in shots]
     np.testing.assert_allclose(changes[0], 1.5)
     np.testing.assert_allclose(changes[1], 0.5 * 3.0)
-    assert one.response_in(shots[1], 0.0)[1] == 1.0
+
+
+def test_where_an_effect_is_not_it_has_in_another_case_the_size_of_a_small_one() -> None:
+    """It had that of the first case there: a model that is judged about the fit without it was another than its own."""
+    one, shots = in_two_cases()
+    assert [one.response_in(shot, 0.0)[1] for shot in shots] == pytest.approx([1.0, 0.5 / 1.5])
+
+
+@pytest.mark.parametrize(("h", "b"), [(0.9, 2.0), (1.5, 4.0), (1.8, 8.0)])
+def test_an_effect_is_simulated_in_another_case_at_the_magnitude_of_the_fit(h: float, b: float) -> None:
+    """The size in the first case was read off the other one's response: 8 and 20 plausible sizes for 2 and 4."""
+    one, shots = in_two_cases()
+    places = SimpleNamespace(z={shot.name: np.full(1, 0.5) for shot in shots})
+    ranking: Any = SimpleNamespace(
+        models={"clamp": Hypothesis("clamp", (one,), 0.1, "support")},
+        evidence={"clamp": SimpleNamespace(h=np.array([h]))},
+        fits={NONE: SimpleNamespace(places=places)},
+    )
+    assert [_wanted(ranking, "clamp", shot).b for shot in shots] == [b, b]
+
+
+def test_responses_of_two_cases_are_learnt_apart_and_those_of_one_case_together() -> None:
+    """Errors were paired by their number: runs' scatter in one case was shared with an error of the other's."""
+    one, (first, other) = in_two_cases()
+    own, scattered = one.response, np.array([[0.2, 0.0], [0.0, 0.0]])[:, :, None] ** 2
+    assert own is not None
+    beside = Uncertainty(np.array([[0.3, -0.3, 0.3, -0.3]]), own.uncertainties[0].spread)
+    wider = replace(own, uncertainties=(*own.uncertainties, beside), scatter=scattered)
+    record = SimpleNamespace(values=np.zeros(4), channel=np.zeros(4, dtype=int))
+    for shot, learnt in ((first, replace(own, scatter=scattered)), (other, wider)):
+        shot.record, shot.baseline, shot.scatter, shot.channels = record, False, np.eye(4), ("c",)
+        shot.setup = SimpleNamespace(responses={"clamp": learnt}, channels=("c",))
+    places = Places({"a": np.zeros(1), "b": np.zeros(1)}, {})
+    errors = _learnt_error(one, Linearisation((first, other), places), np.ones(8))
+    assert not (errors[:4] @ errors[4:].T).any()
+    other.setup = first.setup
+    errors = _learnt_error(one, Linearisation((first, other), places), np.ones(8))
+    np.testing.assert_allclose(errors[:4] @ errors[4:].T, 0.1**2 + 0.2**2 * np.eye(4))
 
 
 def test_beyond_a_fit_on_a_response_that_bends_the_next_simulation_shows_how_it_goes_on() -> None:

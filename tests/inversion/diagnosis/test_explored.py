@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,8 +11,10 @@ import numpy as np
 import pytest
 from matplotlib import pyplot as plt
 
+from birdstrike.data.tree import load_tree, save_tree
 from birdstrike.inversion.diagnosis.before_and_after import predicted
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
+from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.reports.explore.explore import explore
 from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.conftest import Laboratory
@@ -80,6 +83,36 @@ def test_a_point_with_effects_is_a_case(browser: Browser, laboratory: Laboratory
     case = load_case(tmp_path / "what_if.toml")
     assert case.effects["clamp_rotation"] == pytest.approx(2e-6)
     assert case.instrument["displacement_side"].gain == pytest.approx(1.02)
+
+
+MOVED = """(size) => {
+  const { state, setPoint, draw } = window.explore;
+  setPoint({ ...state.point, effects: size ? { plate_thickness: size } : {} });
+  draw();
+  return [...state.panels[0].curve];
+}"""
+
+
+def test_each_sense_of_an_effect_has_its_own_curves_on_the_page(
+    browser: Browser, laboratory: Laboratory, tmp_path: Path
+) -> None:
+    """Of a thinner plate, whose response is made twice that of a thicker one."""
+    folder = tmp_path / "out"
+    shutil.copytree(laboratory.folder / "out", folder)
+    model = load_tree(folder / FILE)
+    response = model["systems"][0]["responses"]["plate_thickness"]
+    twice = {key: {name: 2.0 * rows for name, rows in response[key].items()} for key in ("signature", "slopes")}
+    model["systems"][0]["responses"]["plate_thickness"] = {**response, "negative": twice}
+    save_tree(folder / FILE, model)
+    curves = []
+    for place in (laboratory.folder / "out", folder):
+        browser.open(explore(place))
+        bare, thicker, thinner = (np.array(browser.run(f"({MOVED})({size})")) for size in (0.0, 1e-4, -1e-4))
+        curves.append((thicker - bare, thinner - bare))
+    (thicker, thinner), (again, doubled) = curves
+    np.testing.assert_allclose(thinner, -thicker, atol=1e-6 * np.abs(thicker).max())
+    np.testing.assert_allclose(again, thicker)
+    np.testing.assert_allclose(doubled, 2.0 * thinner, atol=1e-6 * np.abs(thicker).max())
 
 
 def test_a_diagnosis_shows_itself(laboratory: Laboratory) -> None:

@@ -13,12 +13,15 @@ from matplotlib.figure import Figure
 
 from birdstrike.data.curves import LONGEST, Measured, shot_names
 from birdstrike.data.errors import UserError
-from birdstrike.inversion.diagnosis.diagnose import NamedRecord, curve_files, described, diagnose
+from birdstrike.inversion.diagnosis.before_and_after import other_record
+from birdstrike.inversion.diagnosis.diagnose import NamedRecord, curve_files, described, diagnose, matched
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
+from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.pipeline import _left_out
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Record, Shot
+from birdstrike.inversion.diagnosis.solver_update import _on
 from birdstrike.inversion.diagnosis.system import Linearisation, Nearness, Places, _changed, _numerical, _trends
 from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
@@ -101,6 +104,11 @@ def test_birds_of_several_shots_that_are_not_alike_are_each_calibrated_and_told(
     assert not any(name.startswith("shot ") for name in found.held_out), "no shot tells of the bird of another"
 
 
+def test_effects_are_read_from_the_file_as_they_were_found(found: Diagnosis, out: Path) -> None:
+    """Intervals came back as lists."""
+    assert Diagnosis.read(out / "diagnosis.json").effects == found.effects
+
+
 def test_birds_that_are_alike_are_not_told_apart(found: Diagnosis) -> None:
     assert not any("recipe" in one for one in found.warnings)
     assert found.verdict == ATTRIBUTED
@@ -131,7 +139,7 @@ def test_the_page_to_play_with_and_the_cards_say_whose_bird_they_have(found: Dia
     fast = found.shots[1].before.parameters["bird.material.viscosity"]["value"]
     assert view.presets[3]["theta"] == pytest.approx([fast])
     said = " ".join(read_export(out).source)
-    assert "The records are simulated, not measured: slow, fast." in said
+    assert "Records: slow, fast. The records are simulated, not measured." in said
     assert "The bird is that of shot slow; every shot has its own" in said
     assert "the bird is that of shot slow; every shot has its own" in read_diagnosis(out).said
 
@@ -274,6 +282,11 @@ def test_errors_before_and_after_are_of_one_mesh() -> None:
     assert all(one and one.rmse[SIDE] == 2.0 for one in errors(ran, fitted))
 
 
+def test_one_record_and_two_cases_are_refused_in_good_grammar() -> None:
+    with pytest.raises(UserError, match=r"^1 record and 2 cases: give one case"):
+        matched([tiny(), FAST], [shot("slow", 80.0, 1, SIDE)])
+
+
 def test_a_shot_s_name_cannot_be_taken_for_another_part_of_an_answer_and_names_files() -> None:
     """A record "gel+85@a.csv" became a pair of effects in the answer; one of 235 letters ended in an error of the file
     system after all simulations; "a_2" beside "a" twice were two shots of one name."""
@@ -337,6 +350,20 @@ def test_a_held_out_record_has_not_what_one_of_several_shots_has(named_badly: tu
     assert held["after"] < 1.5
     assert "<td>the record of --heldout</td>" in page
     assert not any("held-out record is predicted worse" in one for one in found.warnings)
+
+
+@pytest.mark.usefixtures("found")
+def test_a_held_out_record_has_not_what_the_first_shot_s_case_cannot_carry(rankings: list[Ranking]) -> None:
+    """It ended in a KeyError after all simulations."""
+    problem, (first, *_) = rankings[0].problem, rankings[0].problem.shots
+    lost = replace(first.setup, learnt={k: v for k, v in first.setup.learnt.items() if k != "plate_thickness"})
+    problem = _on(problem, first.setup, lost)
+    thinner = next(one for one in problem.found if one.label == "plate_thickness")
+    model = Hypothesis(thinner.label, (thinner,), 0.1, "plate")
+    fit = problem.tested(model, Places(rankings[0].fits["none"].places.z, {thinner.label: -1.0}))
+    held = other_record(problem, model, fit, replace(problem.shots[0], name="held"), problem.shots[0])
+    assert thinner.shots == ("fast",)
+    assert np.isfinite(held.error)
 
 
 def test_a_fault_of_a_sensor_that_the_first_shot_lacks_is_told_where_it_is(tmp_path: Path) -> None:

@@ -218,6 +218,12 @@ def test_the_page_says_which_records_are_simulated(calibrated: Calibrated, tmp_p
     assert f"of {', '.join(path.stem for path in others)}" in page
     assert "record (measured)" in page
     assert "record (simulated)" in page
+    content = {**calibrated.content, "simulated_shots": ["shot_1"]}
+    (folder / "models.json").write_text(json.dumps(content), encoding="utf-8")
+    cards = " ".join(export(folder, tmp_path / "bird.k").read_text(encoding="utf-8").replace("$", " ").split())
+    assert "Records: shot_0.csv, shot_1.csv. The record of shot_1 is simulated, not measured." in cards
+    found = replace(calibrated.found, simulated_shots=("shot_1",))
+    assert found.provenance == "The record of shot_1 is simulated, not measured"
 
 
 def test_the_page_to_play_with_has_a_view_for_each_model(calibrated: Calibrated) -> None:
@@ -256,7 +262,7 @@ def test_the_cards_of_a_model_say_what_is_known_of_its_constants(calibrated: Cal
     assert "Bird model murnaghan calibrated by calibrate-models (models.json), place 1 of 2, held-out error" in said
     assert "viscosity: identified, " in said
     assert "eos.g: NOT IDENTIFIED in 4 .. 12" in said
-    assert "Records: shot_0.csv, shot_1.csv, SIMULATED, NOT MEASURED." in said
+    assert "Records: shot_0.csv, shot_1.csv. The records are simulated, not measured." in said
     assert calibrated.found.models["murnaghan"].combinations["bulk_modulus"].sentence in said
     named = export(calibrated.folder, tmp_path / "named.rad", to="radioss", model="null").read_text(encoding="utf-8")
     assert named == export(calibrated.folder / "null", tmp_path / "own.rad", to="radioss").read_text(encoding="utf-8")
@@ -337,6 +343,8 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
     assert len(caught.value.errors) == 3
     with pytest.raises(UserError, match="2 records and 3 cases"):
         calibrate_models([*cases, cases[0]], records, tmp_path, ["null"])
+    with pytest.raises(UserError, match="1 record and 2 cases"):
+        calibrate_models(cases, records[0], tmp_path, ["null"])
     with pytest.raises(UserError, match="hold the same points"):
         calibrate_models(cases, [records[0], records[0]], tmp_path, ["null"])
     with pytest.raises(UserError, match="below 8"):

@@ -352,7 +352,7 @@ def test_effects_of_a_diagnosis_are_cards_with_what_is_known_of_them(tmp_path: P
     export(tmp_path, tmp_path / "bird.k", units=system.name)
     text = (tmp_path / "bird.k").read_text()
     plain = " ".join(line.lstrip("$ ") for line in text.splitlines() if line.startswith("$"))
-    assert "The record is measured: shot." in plain
+    assert "Record: shot. The record is measured." in plain
     assert "magnitude +0.2 mm, 95 % interval +0.1 mm .. +0.4 mm, probability 0.12" in plain
     assert "bird_yaw" not in text
     assert "nothing changes in the deck; correct the record" in plain
