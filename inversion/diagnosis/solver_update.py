@@ -168,12 +168,14 @@ def _farther(response: Response, h: float) -> float:
     A support's response tends to that of a free edge: nearby simulations would follow it in small steps. How far the
     magnitude's interval reaches hangs on how the response goes on beyond the fit.
     """
-    last = max((0.0, *response.simulated))
+    sense = -1.0 if h < 0.0 else 1.0
+    last = max((0.0, *(sense * b for b in response.simulated)))
     if response.known.one_sided and h >= 0.97 * response.limits[1]:
         return FARTHER * max(last, response.knots[-1][0])
-    if not last or not _bent(response, last) or h < response.h((1.0 - NEAR) * last):
+    reached = sense * response.h(sense * last)
+    if not last or not _bent(response, sense * last) or sense * h < sense * response.h(sense * (1.0 - NEAR) * last):
         return 0.0
-    return (FARTHER if h > response.h(last) else BEYOND) * last
+    return sense * (FARTHER if sense * h > reached else BEYOND) * last
 
 
 def _known(one: Wanted) -> bool:

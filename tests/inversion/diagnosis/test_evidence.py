@@ -675,6 +675,8 @@ def test_beyond_a_fit_on_a_response_that_bends_the_next_simulation_shows_how_it_
     assert _farther(bent, 1.5) == pytest.approx(4.0)
     assert _farther(bent, 1.6) == pytest.approx(8.0)
     assert _farther(bent, 1.0) == _farther(straight, 2.0) == _farther(old, 1.5) == 0.0
+    mirrored = replace(bent, simulated=(-2.0,), knots=((-5.0, -3.2), (-2.0, -1.5), (0.0, 0.0), (5.0, 5.0)))
+    assert [_farther(mirrored, h) for h in (-1.5, -1.6, -1.0, 1.6)] == pytest.approx([-4.0, -8.0, 0.0, 0.0])
 
 
 def test_simulations_that_contradict_a_signature_leave_it_as_it_was() -> None:
