@@ -102,7 +102,10 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
 
 
 def of_diagnosis(found: Diagnosis, records: Sequence[Path]) -> tuple[tuple[Path, ...], list[str]]:
-    """Further records on which a diagnosis rests, and what to know of them: those of the inversion are `records`."""
+    """Further records on which a diagnosis rests, and what to know of them: those of the inversion are `records`.
+
+    One of the inversion's that has moved since is known by its name.
+    """
     named = found.record.get("files")
     if named is None:  # of an earlier version
         count = len(found.shots) - 1 + len((found.baseline or {}).get("shots", [])) + ("shot" in found.held_out)
@@ -112,7 +115,7 @@ def of_diagnosis(found: Diagnosis, records: Sequence[Path]) -> tuple[tuple[Path,
         try:
             held[Path(resolve_measured(one)).resolve()] = None
         except UserError:
-            gone.append(str(one))
+            gone += [] if Path(one).name in {path.name for path in records} else [str(one)]
     own = {path.resolve() for path in records}
     beside = tuple(path for path in held if path not in own)
     points = [_gone(gone)] if gone else []

@@ -203,7 +203,7 @@ def test_records_of_a_diagnosis_are_enclosed_or_an_open_point(tmp_path: Path) ->
     def of(*files: Path) -> tuple[tuple[Path, ...], list[str]]:
         return of_diagnosis(diagnosis(record={"files": [str(path) for path in files]}), [own])
 
-    assert of(own) == ((), [])
+    assert of(own) == of(tmp_path / "elsewhere" / own.name) == ((), [])
     beside, (said,) = of(own, clean)
     assert beside == (clean.resolve(),)
     assert "further records (clean.csv), which are in diagnosis/records" in said
