@@ -15,6 +15,7 @@ from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
 from birdstrike.inversion.formatting import label_parts, provenance
+from birdstrike.inversion.results.estimates import ends_95
 from birdstrike.solver.case.case import Case
 
 if TYPE_CHECKING:
@@ -247,8 +248,7 @@ class Diagnosis(Displayed):
                 "name": one.name,
                 "probability": one.probability,
                 "magnitude": np.nan if one.magnitude is None else one.magnitude,
-                "low_95": (one.interval_95 or (np.nan, np.nan))[0],
-                "high_95": (one.interval_95 or (np.nan, np.nan))[1],
+                **ends_95(one.interval_95),
                 "unit": one.unit,
                 "p_consistent": one.p_consistent,
                 "meaning": one.meaning,

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
+
+
+def ends_95(interval: Sequence[float] | None) -> dict[str, float]:
+    """Columns of a table for the ends of a 95 % interval, nan where there is none."""
+    low, high = interval or (nan, nan)
+    return {"low_95": low, "high_95": high}
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from pydantic import Field, TypeAdapter
 from birdstrike.data.display import Displayed, own_axes
 from birdstrike.data.files import write_atomically
 from birdstrike.inversion.formatting import plain, quantity, span
-from birdstrike.inversion.results.estimates import Answer
+from birdstrike.inversion.results.estimates import Answer, ends_95
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.identifiability import IdentifiabilityFigures, PosteriorFigures
 from birdstrike.inversion.results.inference_data import inference_data
@@ -109,8 +109,7 @@ class Inversion(Displayed):
                 "method": method,
                 "parameter": name,
                 "value": np.nan if one.value is None else one.value,
-                "low_95": (one.interval_95 or (np.nan, np.nan))[0],
-                "high_95": (one.interval_95 or (np.nan, np.nan))[1],
+                **ends_95(one.interval_95),
                 "unit": one.unit,
                 "identified": one.identified,
                 "reason": one.reason,

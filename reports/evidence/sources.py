@@ -29,7 +29,7 @@ CAMPAIGN_FILES = ("case.json", "design.csv", "curves.csv", "summary.json")
 
 @dataclass(frozen=True)
 class Sources:
-    """inversion, diagnosis: their folders, the latter None where there is none.
+    """inversion, diagnosis: their folders, the latter None where there is none; diagnosed: its content.
 
     campaigns, records: in the order of the options; beside: further records on which the diagnosis rests; cases: of the
     records where they were named, else empty; case: of the first record; options: as train-and-invert had them;
@@ -40,6 +40,7 @@ class Sources:
     inversion: Path
     answer: Inversion
     diagnosis: Path | None
+    diagnosed: Diagnosis | None
     campaigns: tuple[Path, ...]
     records: tuple[Path, ...]
     beside: tuple[Path, ...]
@@ -80,16 +81,18 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     report = next((page for page in (folder / "report.html", parts.inversion / "report.html") if page.is_file()), None)
     points = [*told, *([] if report else [f"no report.html in {folder.name}: make it with birdstrike report"])]
     beside: tuple[Path, ...] = ()
-    if parts.diagnosis is None:
+    diagnosed = None if parts.diagnosis is None else Diagnosis.read(parts.diagnosis / "diagnosis.json")
+    if diagnosed is None:
         points.append("no diagnosis: whether an effect is missing from the model was not asked")
     else:
-        beside, more = of_diagnosis(Diagnosis.read(parts.diagnosis / "diagnosis.json"), records)
+        beside, more = of_diagnosis(diagnosed, records)
         points += more
     return Sources(
         folder,
         parts.inversion,
         answer,
         parts.diagnosis,
+        diagnosed,
         campaigns,
         records,
         beside,
@@ -110,14 +113,12 @@ def of_diagnosis(found: Diagnosis, records: Sequence[Path]) -> tuple[tuple[Path,
     if named is None:  # of an earlier version
         count = len(found.shots) - 1 + len((found.baseline or {}).get("shots", [])) + ("shot" in found.held_out)
         return (), [_gone([f"{count} of which the diagnosis does not say the files"])] if count else []
-    held, gone = dict[Path, None](), list[str]()
-    for one in named:
-        try:
-            held[Path(resolve_measured(one)).resolve()] = None
-        except UserError:
-            gone += [] if Path(one).name in {path.name for path in records} else [str(one)]
-    own = {path.resolve() for path in records}
-    beside = tuple(path for path in held if path not in own)
+    places = {str(one): _found(one) for one in named}
+    names, own = {path.name for path in records}, {path.resolve() for path in records}
+    gone = [one for one, place in places.items() if place is None and Path(one).name not in names]
+    beside = tuple(
+        path for path in dict.fromkeys(place.resolve() for place in places.values() if place) if path not in own
+    )
     points = [_gone(gone)] if gone else []
     if beside:
         points.append(
@@ -184,22 +185,26 @@ def _records(options: Mapping[str, Any], given: Sequence[str | Path]) -> tuple[P
             f"--measured was given {many(len(given), 'time')}, and the inversion has "
             f"{many(len(options['measured']), 'record')}: give each of them, in their order"
         )
-    found, gone = [], []
-    for one in named:
-        try:
-            found.append(Path(resolve_measured(one)) if one else None)
-        except UserError:
-            found.append(None)
-        if found[-1] is None:
-            gone.append(str(one))
-    if gone:
+    places = [_found(one) for one in named]
+    found = tuple(place for place in places if place is not None)
+    if len(found) < len(named):
         raise UserError(
-            f"the record {name} is not where the inversion read it; name its file: --measured CSV" for name in gone
+            f"the record {one} is not where the inversion read it; name its file: --measured CSV"
+            for one, place in zip(named, places, strict=True)
+            if place is None
         )
-    names = [one.name for one in found if one is not None]
+    names = [one.name for one in found]
     if len(set(names)) < len(names):
         raise UserError(f"two records have one name ({', '.join(names)}); rename one, and give both by --measured")
-    return tuple(one for one in found if one is not None)
+    return found
+
+
+def _found(record: str | Path | None) -> Path | None:
+    """Where a record is that was named so; None where it is not there, or had no file."""
+    try:
+        return Path(resolve_measured(record)) if record else None
+    except UserError:
+        return None
 
 
 def repeat_words(sources: Sources) -> list[str]:

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from birdstrike.data.files import read_json
 from birdstrike.inversion.formatting import flight, quantity, span
-from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.reports.evidence.sources import Sources, repeat_line
 from birdstrike.reports.evidence.verification_rows import Aspect
 from birdstrike.solver.case.case import case_hash
@@ -68,8 +67,7 @@ def _answer(sources: Sources) -> Iterator[str]:
             yield f"- {name}: NOT IDENTIFIED ({one.reason})"
     if answer.verified_relative is not None:
         yield f"- Simulation at this answer and the record: {100.0 * answer.verified_relative:.2g} % of the peaks (RMS)"
-    if sources.diagnosis is not None:
-        found = Diagnosis.read(sources.diagnosis / "diagnosis.json")
+    if found := sources.diagnosed:
         yield f"- Diagnosis: {found.verdict.replace('_', ' ')}. {found.sentence}"
 
 
@@ -113,8 +111,7 @@ def _checks(found: Sequence[Aspect]) -> Iterator[str]:
 
 def _open(sources: Sources, found: Sequence[Aspect]) -> Iterator[str]:
     lines = [*sources.open_points, *sources.answer.warnings]
-    if sources.diagnosis is not None:
-        lines += Diagnosis.read(sources.diagnosis / "diagnosis.json").warnings
+    lines += sources.diagnosed.warnings if sources.diagnosed else ()
     lines += [f"verification: {one.name}: {one.missing}" for one in found if one.missing]
     yield from (f"- {line}" for line in dict.fromkeys(lines))
     if not lines:
