@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_twice, shot_names, write_measured
+from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
-from birdstrike.data.files import write_json
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
@@ -25,7 +24,16 @@ from birdstrike.inversion.models.candidates import Candidate, calibrated_case, c
 from birdstrike.inversion.models.joint_fit import ModelFit
 from birdstrike.inversion.models.optimisers import refuse_unknown
 from birdstrike.inversion.models.ranking import Ranked, misses, ranked
-from birdstrike.inversion.models.results import ANSWER, ModelAnswer, ModelComparison, save_answer, saved_answer
+from birdstrike.inversion.models.results import (
+    ANSWER,
+    COMPARISON,
+    ModelAnswer,
+    ModelComparison,
+    save_answer,
+    save_comparison,
+    saved_answer,
+    withdraw_answer,
+)
 from birdstrike.inversion.models.simulations import LatePool
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.observations.reader import Expected, read_record
@@ -111,21 +119,18 @@ def calibrate_models(
         Path(out),
         FitOptions(runs=runs, seed=seed, posterior=posterior, optimisers=tuple(optimisers), budget=budget),
     )
-    (folder / "records").mkdir(parents=True, exist_ok=True)
     answers: dict[str, ModelAnswer] = {}
     report, retry = progress or (lambda *_: None), retry_before(retry_failed)
     with LatePool(workers) as pool:
         for i, one in enumerate(chosen):
             share = _part_of(report, one.name, i, len(chosen), len(setups))
             answers[one.name] = _answer(ModelRuns(one, setups, folder / one.name, options, pool, share, retry))
-    for setup in setups:
-        write_measured(folder / "records" / f"{setup.name}.csv", setup.measured)
     found = _compared(answers, setups, options.seed)
     found = replace(found, warnings=(*_left_out(folder, chosen), *found.warnings))
-    write_json(folder / "models.json", found.as_json())
+    save_comparison(folder, found, [setup.measured for setup in setups])
     if not found.ranking:
         reasons = "; ".join(f"{name}: {one.failure}" for name, one in answers.items())
-        raise RunFailed(f"no model has an answer: {reasons}", f"{folder / 'models.json'} has the reasons")
+        raise RunFailed(f"no model has an answer: {reasons}", f"{folder / COMPARISON} has the reasons")
     return found
 
 
@@ -135,6 +140,7 @@ def _answer(runs: ModelRuns) -> ModelAnswer:
     if (known := saved_answer(kept, mark)) is not None and not runs.retry:
         return known
     runs.folder.mkdir(parents=True, exist_ok=True)
+    withdraw_answer(runs.folder)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)

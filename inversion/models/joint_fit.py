@@ -129,8 +129,7 @@ class ModelFit:
         write_json(self.runs.folder / "emulator.json", content)
 
     def _kept_draws(self, outcome: InversionOutcome) -> None:
-        """The posterior's draws in SI, for `predict`; none of an earlier call stay where none were drawn."""
-        (self.runs.folder / DRAWS_FILE).unlink(missing_ok=True)
+        """The posterior's draws in SI, for `predict`."""
         if outcome.posterior is not None:
             drawn = replace(outcome.posterior, theta=self.runs.scale.physical(outcome.posterior.theta))
             write_draws(self.runs.folder / DRAWS_FILE, drawn, self.runs.scale.space.names)

@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter
 
+from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.display import Displayed
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_atomically
+from birdstrike.data.files import plain as plain_json
+from birdstrike.data.files import read_json, write_atomically, write_json
 from birdstrike.inversion.formatting import provenance
+from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.results.estimates import Estimate
 
 SCHEMA_VERSION = 1
 COMPARISON = "models.json"
 ANSWER = "answer.json"
 """One model's answer in its folder, which a repeated call reads."""
+PAGES = ("models.html", "explore.html")
+"""Pages that show a ranking, beside it."""
+OF_AN_ANSWER = (ANSWER, DRAWS_FILE, "emulator.npz", "emulator.json", "calibrated_*.csv", "published_*.csv", *PAGES)
+"""What a model's folder holds of its answer, beside the simulations, which serve other answers too."""
 
 
 @dataclass(frozen=True)
@@ -181,6 +189,38 @@ class ModelComparison(Displayed):
 
 _COMPARISON = TypeAdapter(ModelComparison)
 _ANSWER = TypeAdapter(ModelAnswer)
+
+
+def save_comparison(folder: Path, found: ModelComparison, records: Sequence[Measured]) -> None:
+    """Write models.json and the records that it ranks by, in place of another ranking, its records and its pages.
+
+    A page of this same ranking stays.
+    """
+    path, content, earlier = folder / COMPARISON, plain_json(found.as_json()), None
+    with suppress(UserError):
+        earlier = read_json(path)
+    if earlier != content:
+        _remove(folder, (COMPARISON, *PAGES, "records/*.csv"))
+    (folder / "records").mkdir(parents=True, exist_ok=True)
+    for name, record in zip(found.records, records, strict=True):
+        write_measured(folder / "records" / f"{name}.csv", record)
+    write_json(path, content)
+
+
+def withdraw_answer(folder: Path) -> None:
+    """Remove a model's earlier answer before another is sought, and the ranking that may rest on it.
+
+    A call that is interrupted would leave the earlier ranking beside constants, curves and draws of other records.
+    """
+    if any(next(folder.glob(pattern), None) for pattern in OF_AN_ANSWER):
+        _remove(folder.parent, (COMPARISON, *PAGES))
+        _remove(folder, OF_AN_ANSWER)
+
+
+def _remove(folder: Path, patterns: Iterable[str]) -> None:
+    for pattern in patterns:
+        for path in folder.glob(pattern):
+            path.unlink()
 
 
 def save_answer(path: Path, answer: ModelAnswer, fingerprint: str) -> None:

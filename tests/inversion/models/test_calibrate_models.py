@@ -7,6 +7,7 @@ import re
 import shutil
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -29,6 +30,7 @@ from birdstrike.inversion.models.calibrate_models import _compared, _verdict, ca
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
 from birdstrike.inversion.models.ranking import bootstrap, ranked, shot_error
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
+from birdstrike.inversion.prediction.from_models import read_models
 from birdstrike.reports.explore.explore import explore
 from birdstrike.reports.explore.kinds.registry import kind_of
 from birdstrike.reports.figures.calibrated_models import heldout_figure
@@ -39,6 +41,7 @@ from birdstrike.solver.case.write import case_toml
 from tests.inversion.models import rig
 
 NAMES = ("null", "murnaghan")
+MORE = (*NAMES, "elastic")
 RUNS = 12
 
 
@@ -184,6 +187,75 @@ def test_models_that_an_earlier_call_calibrated_are_kept_and_said_to_be_left_out
         assert fewer.warnings[0] in json.loads((folder / "models.json").read_text(encoding="utf-8"))["warnings"]
         assert repeated(*NAMES).as_json() == calibrated.found.as_json()
     assert not rig.CALLS
+
+
+def test_an_interrupted_call_with_other_records_leaves_no_ranking_of_the_earlier_ones(
+    calibrated: Calibrated, tmp_path: Path
+) -> None:
+    """The earlier models.json stood beside the later constants, and predict and explore took both."""
+    folder = shutil.copytree(calibrated.folder, tmp_path / "models")
+    write_models_page(folder)
+    (folder / MARK).write_text('{"command": "calibrate-models"}', encoding="utf-8")
+    cases, records = rig.shots()
+    louder = [replace(one, channels={name: 1.05 * y for name, y in one.channels.items()}) for one in records]
+
+    def interrupted(*_: Any, **__: Any) -> Any:
+        raise KeyboardInterrupt
+
+    with rig.formula_for_solver() as patch:
+        patch.setattr("birdstrike.inversion.models.heldout_fits.HeldOutFits.answers", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            calibrate_models(cases, louder, folder, NAMES, runs=RUNS, workers=1, posterior=False)
+    assert not [path for path in (folder / "models.json", folder / "models.html") if path.exists()]
+    assert not (folder / "null" / "answer.json").exists()  # the first model's, which was being replaced
+    for read in (explore, read_models, partial(export, out=tmp_path / "bird.k")):
+        with pytest.raises(UserError, match="make it, or resume what was interrupted"):
+            read(folder)
+    with rig.formula_for_solver():
+        again = calibrate_models(cases, longer(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
+    assert again.ranking == calibrated.found.ranking
+
+
+def test_an_interrupted_call_with_a_further_model_leaves_the_ranking_of_the_others(
+    calibrated: Calibrated, tmp_path: Path
+) -> None:
+    folder = shutil.copytree(calibrated.folder, tmp_path / "models")
+    cases, records = rig.shots()
+
+    def interrupted(*_: Any, **__: Any) -> Any:
+        raise KeyboardInterrupt
+
+    with rig.formula_for_solver() as patch:
+        patch.setattr("birdstrike.inversion.models.heldout_fits.HeldOutFits.answers", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            calibrate_models(cases, longer(records), folder, MORE, runs=RUNS, workers=1, posterior=False)
+    assert json.loads((folder / "models.json").read_text(encoding="utf-8")) == calibrated.content
+
+
+def test_nothing_of_a_shot_that_a_later_call_does_not_name_is_left_beside_the_new_answer(
+    calibrated: Calibrated, tmp_path: Path
+) -> None:
+    """Records, curves and the page to play with of two shots stood beside the ranking by one."""
+    folder = shutil.copytree(calibrated.folder, tmp_path / "models")
+    explore(folder)
+    cases, records = rig.shots()
+    with rig.formula_for_solver():
+        calibrate_models(cases[0], records[0], folder, ["null"], runs=RUNS, workers=1, posterior=False)
+    assert [path.name for path in (folder / "records").iterdir()] == ["shot_0.csv"]
+    assert sorted(path.name for path in (folder / "null").glob("*d_*.csv")) == [
+        "calibrated_shot_0.csv",
+        "published_shot_0.csv",
+    ]
+    assert not (folder / "explore.html").exists()
+
+
+def test_a_repeated_call_keeps_the_pages_of_its_answer(calibrated: Calibrated, tmp_path: Path) -> None:
+    folder = shutil.copytree(calibrated.folder, tmp_path / "models")
+    pages = [write_models_page(folder), explore(folder)]
+    cases, records = rig.shots()
+    with rig.formula_for_solver():
+        calibrate_models(cases, longer(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
+    assert all(page.is_file() for page in pages)
 
 
 def test_the_page_says_who_predicts_best_beside_published_constants(calibrated: Calibrated) -> None:
