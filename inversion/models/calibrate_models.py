@@ -32,7 +32,6 @@ from birdstrike.inversion.models.results import (
     save_answer,
     save_comparison,
     saved_answer,
-    withdraw_answer,
 )
 from birdstrike.inversion.models.simulations import LatePool
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
@@ -140,7 +139,6 @@ def _answer(runs: ModelRuns) -> ModelAnswer:
     if (known := saved_answer(kept, mark)) is not None and not runs.retry:
         return known
     runs.folder.mkdir(parents=True, exist_ok=True)
-    withdraw_answer(runs.folder)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)

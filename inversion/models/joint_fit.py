@@ -35,7 +35,7 @@ from birdstrike.inversion.models.error_terms import Discrepancy, with_discrepanc
 from birdstrike.inversion.models.heldout_fits import BLOCKS, HeldOutFits
 from birdstrike.inversion.models.optimisers import Problem, optimised
 from birdstrike.inversion.models.points import residuals_of, shot_errors, yardstick
-from birdstrike.inversion.models.results import ModelAnswer, Optimised, ShotError
+from birdstrike.inversion.models.results import ModelAnswer, Optimised, ShotError, withdraw_answer
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.surrogate.emulator import Emulator
 from birdstrike.surrogate.files import save_emulator
@@ -61,7 +61,8 @@ class ModelFit:
 
     def _answer(self) -> ModelAnswer:
         began, said = time.monotonic(), list[str]()
-        shots = self.runs.campaigns(said)
+        shots = self.runs.campaigns(said)  # refuses a folder of other cases, of which nothing is then touched
+        withdraw_answer(self.runs.folder)
         origins = [own_origin(s) if s.options.time_offset else (0.0, True) for s in shots]
         joint = joined(shots, origins)
         dataset, emulator, added = self.runs.refined(joint, said)

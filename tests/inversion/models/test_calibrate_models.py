@@ -232,6 +232,16 @@ def test_an_interrupted_call_with_a_further_model_leaves_the_ranking_of_the_othe
     assert json.loads((folder / "models.json").read_text(encoding="utf-8")) == calibrated.content
 
 
+def test_a_refused_call_leaves_the_answer_of_the_folder(calibrated: Calibrated, tmp_path: Path) -> None:
+    folder = shutil.copytree(calibrated.folder, tmp_path / "models")
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    cases, records = rig.shots()
+    thicker = [case.overlaid({"plate": {"thickness": "7 mm"}}) for case in cases]
+    with rig.formula_for_solver(), pytest.raises(UserError, match="plate.thickness is .* there and 0.007 here"):
+        calibrate_models(thicker, longer(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+
+
 def test_nothing_of_a_shot_that_a_later_call_does_not_name_is_left_beside_the_new_answer(
     calibrated: Calibrated, tmp_path: Path
 ) -> None:
