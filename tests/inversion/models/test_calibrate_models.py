@@ -237,7 +237,7 @@ def test_a_refused_call_leaves_the_answer_of_the_folder(calibrated: Calibrated, 
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     cases, records = rig.shots()
     thicker = [case.overlaid({"plate": {"thickness": "7 mm"}}) for case in cases]
-    with rig.formula_for_solver(), pytest.raises(UserError, match="plate.thickness is .* there and 0.007 here"):
+    with rig.formula_for_solver(), pytest.raises(UserError, match=r"plate\.thickness is .* there and 0\.007 here"):
         calibrate_models(thicker, longer(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
