@@ -20,7 +20,13 @@ from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
 from birdstrike.inversion.formatting import many
 from birdstrike.inversion.models.campaigns import FitOptions, ModelRuns, ShotSetup
-from birdstrike.inversion.models.candidates import Candidate, calibrated_case, candidates, literature_case
+from birdstrike.inversion.models.candidates import (
+    Candidate,
+    calibrated_case,
+    candidates,
+    literature_case,
+    refuse_other_parameters,
+)
 from birdstrike.inversion.models.joint_fit import ModelFit
 from birdstrike.inversion.models.optimisers import refuse_unknown
 from birdstrike.inversion.models.ranking import Ranked, misses, ranked
@@ -36,7 +42,7 @@ from birdstrike.inversion.models.results import (
 from birdstrike.inversion.models.simulations import LatePool
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.observations.reader import Expected, read_record
-from birdstrike.solver.case.case import CaseSource, as_case
+from birdstrike.solver.case.case import Case, CaseSource, as_case
 from birdstrike.solver.sources import digest_files
 
 USUAL = ("null", "elastic", "plastic_kinematic", "hydrodynamic", "murnaghan")
@@ -52,14 +58,14 @@ def calibrate_models(
     case: CaseSource | Sequence[CaseSource],
     measured: str | Path | Measured | Sequence[str | Path | Measured],
     out: str | Path,
-    models: Sequence[str] = USUAL,
+    models: str | Sequence[str] = USUAL,
     runs: int = 20,
     seed: int = 0,
     workers: int | None = None,
     *,
-    channels: Sequence[str] = (),
+    channels: str | Sequence[str] = (),
     posterior: bool = True,
-    optimisers: Sequence[str] = (),
+    optimisers: str | Sequence[str] = (),
     budget: int = 160,
     retry_failed: bool = False,
     progress: Report | None = None,
@@ -75,7 +81,7 @@ def calibrate_models(
         order does not matter.
     out : path
         Folder for models.json and a folder a model; the same call resumes. Folders of models that are not named stay.
-    models : sequence of str
+    models : str or sequence of str
         MODEL, MODEL+LAW, or LAW for null+LAW; models.json ranks these.
     runs : int
         Simulations of each campaign (a model and a shot), at least 8; up to 15 more near the answer.
@@ -83,11 +89,11 @@ def calibrate_models(
         Of designs, emulators, sampling and bootstrap.
     workers : int, optional
         Simulations at a time; all cores by default.
-    channels : sequence of str
+    channels : str or sequence of str
         Of the records that are used; all where none is named.
     posterior : bool
         Whether posteriors are drawn; else intervals are linearised.
-    optimisers : sequence of str
+    optimisers : str or sequence of str
         "least_squares", "cma": run beside it with the solver in the loop.
     budget : int
         Simulations of each shot that an optimiser may spend.
@@ -109,14 +115,16 @@ def calibrate_models(
         When no model has an answer.
     """
     chosen = candidates(_listed(models))
-    refuse_unknown(optimisers)
+    refuse_unknown(asked := _listed(optimisers))
+    if budget < 1:
+        raise UserError(f"--budget = {budget} is below 1: an optimiser spends at least one simulation of each shot")
     if runs < FEWEST_RUNS:
         raise UserError(f"--runs = {runs} is below {FEWEST_RUNS}: an emulator of several constants needs at least that")
-    setups = _setups(_listed(case), _listed(measured), channels)
+    setups = _setups(_listed(case), _listed(measured), _listed(channels))
     _refuse_what_does_not_fit(chosen, setups)
     folder, options = (
         Path(out),
-        FitOptions(runs=runs, seed=seed, posterior=posterior, optimisers=tuple(optimisers), budget=budget),
+        FitOptions(runs=runs, seed=seed, posterior=posterior, optimisers=tuple(asked), budget=budget),
     )
     answers: dict[str, ModelAnswer] = {}
     report, retry = progress or (lambda *_: None), retry_before(retry_failed)
@@ -213,12 +221,17 @@ def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[Shot
     wrong."""
     errors: list[str] = []
     for one in chosen:
+        cases: list[Case] = []
         for setup in setups:
             try:
-                calibrated_case(one, setup.case)
+                cases.append(calibrated_case(one, setup.case))
                 literature_case(one, setup.case)
             except (UserError, CaseError) as error:
                 errors += error.errors
+        try:
+            refuse_other_parameters(one, cases)
+        except UserError as error:
+            errors += error.errors
     for setup in setups:
         lost = [name for name in setup.measured.channels if name not in setup.case.sensors]
         if lost:

@@ -28,7 +28,7 @@ from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
 from birdstrike.inversion.forward import Forward, StoredSolver, silent
-from birdstrike.inversion.models.candidates import Candidate, calibrated_case, literature_case, refuse_other_parameters
+from birdstrike.inversion.models.candidates import Candidate, calibrated_case, literature_case
 from birdstrike.inversion.models.error_terms import NuisanceRuns
 from birdstrike.inversion.models.points import near_answer
 from birdstrike.inversion.models.scaled import NearestFinished, Scale, ScaledForward
@@ -82,9 +82,7 @@ class ModelRuns:
     @cached_property
     def cases(self) -> list[Case]:
         """Each shot's case with this model; raises UserError or CaseError."""
-        found = [calibrated_case(self.chosen, setup.case) for setup in self.setups]
-        refuse_other_parameters(found)
-        return found
+        return [calibrated_case(self.chosen, setup.case) for setup in self.setups]
 
     @cached_property
     def scale(self) -> Scale:

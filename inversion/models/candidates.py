@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
+from birdstrike.inversion.formatting import span
 from birdstrike.solver.bird.eos.interface import Sought
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.interface import BirdMaterial, Material
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
-from birdstrike.solver.bird.model_names import known_models, material_and_law, usual_law
+from birdstrike.solver.bird.model_names import known_models, material_and_law, table_of, usual_law
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw, at
 
@@ -64,6 +65,10 @@ class Candidate:
             own |= {f"eos.{key}": sought for key, sought in EQUATIONS_OF_STATE[self.law].sought.items()}
         return {PREFIX + key: _written(sought) for key, sought in own.items()}
 
+    def is_named(self, name: str) -> bool:
+        """Whether a name, perhaps an alias such as null+murnaghan for murnaghan, is of this model."""
+        return table_of(name) == table_of(self.name)
+
     def same_as(self, material: Any) -> bool:
         """Whether a case's table of the material is of this model."""
         return at(material, "model") == self.model and (at(material, "eos.kind") or "") == self.eos_kind
@@ -101,7 +106,7 @@ def calibrated_case(chosen: Candidate, base: Case) -> Case:
     """The case with the model in place of its own, seeking the model's constants; raises UserError or CaseError.
 
     Constants that are not sought are the case's where it has this model, else the published ones. The ranges are those
-    of `inversion.models` under the model's name, else those of `inversion.parameters` where the case has this model,
+    of `inversion.models` under a name of the model, else those of `inversion.parameters` where the case has this model,
     else the ones that the model declares. What else the case seeks stays.
     """
     own = base.table["bird"]["material"]
@@ -109,7 +114,11 @@ def calibrated_case(chosen: Candidate, base: Case) -> Case:
     constants = {**chosen.literature, **(own if same else {})}
     stated = base.table.get("inversion") or {}
     of_bird = {key: entry for key, entry in stated.get("parameters", {}).items() if key.startswith(PREFIX)}
-    ranges = stated.get("models", {}).get(chosen.name) or (of_bird if same else None) or chosen.ranges
+    of_model = {name: entries for name, entries in stated.get("models", {}).items() if chosen.is_named(name)}
+    if len(of_model) > 1:
+        named = " and ".join(f"inversion.models.{name}" for name in of_model)
+        raise UserError(f"--models {chosen.name}: {named} are of one model: state its ranges under one of the names")
+    ranges = next(iter(of_model.values()), None) or (of_bird if same else None) or chosen.ranges
     if not constants or not ranges:
         missing = "constants" if not constants else "ranges"
         raise UserError(
@@ -187,11 +196,18 @@ def _written(sought: Sought) -> Raw:
     return {"range": [sought.low, sought.high], "scale": sought.scale}
 
 
-def refuse_other_parameters(cases: Iterable[Case]) -> None:
-    """Raises UserError where the cases of a model seek different parameters or ranges."""
-    listed = [tuple((p.name, p.low, p.high, p.scale) for p in case.parameters()) for case in cases]
-    if any(other != listed[0] for other in listed[1:]):
-        raise UserError(
-            "the shots' cases seek different parameters or ranges: let inversion.parameters and inversion.models of "
-            "all --case be the same"
-        )
+def refuse_other_parameters(chosen: Candidate, cases: Sequence[Case]) -> None:
+    """Raises UserError where the shots' cases with a model seek different constants, or in different ranges."""
+    for case in cases[1:]:
+        first, own = _sought(cases[0]), _sought(case)
+        if (key := next((key for key in (*first, *own) if first.get(key) != own.get(key)), None)) is not None:
+            here, there = (found.get(key, "not sought") for found in (first, own))
+            raise UserError(
+                f"--models {chosen.name}: {key} is {here} in {cases[0].name}, {there} in {case.name}; state the same "
+                f"inversion.parameters and inversion.models.{chosen.name} in the case of every shot"
+            )
+
+
+def _sought(case: Case) -> dict[str, str]:
+    """Dotted key -> range in words, of what a case seeks."""
+    return {p.name: f"sought in {span(p.low, p.high, p.unit)} ({p.scale})" for p in case.parameters()}

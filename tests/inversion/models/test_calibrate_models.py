@@ -445,6 +445,35 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
         assert not rig.CALLS
 
 
+def test_other_ranges_of_one_shot_are_named_before_any_simulation(tmp_path: Path) -> None:
+    """They were found when the models named before had been calibrated, and neither model nor range was named."""
+    cases, records = rig.shots()
+    key = "bird.material.young"
+    other = cases[1].overlaid({"inversion": {"models": {"elastic": {key: {"range": ["5 MPa", "1 GPa"]}}}}})
+    with rig.formula_for_solver():
+        rig.CALLS.clear()
+        with pytest.raises(
+            UserError, match=f"--models elastic: {key} is sought in 1 .. 500 MPa .logarithmic. in "
+        ) as no:
+            calibrate_models([cases[0], other], records, tmp_path, ["null", "elastic"], runs=RUNS)
+    assert f", sought in 5 .. 1000 MPa (linear) in {other.name} with elastic; state the same" in str(no.value)
+    assert not rig.CALLS
+
+
+def test_one_name_may_stand_without_a_list(tmp_path: Path) -> None:
+    """A channel's name alone was read letter by letter."""
+    cases, records = rig.shots()
+    with rig.formula_for_solver():
+        found = calibrate_models(
+            cases[0], records[0], tmp_path, "null", RUNS, workers=1, posterior=False, channels="displacement_side"
+        )
+        assert set(found.models["null"].verified["shot_0"].rmse) == {"displacement_side"}
+        with pytest.raises(UserError, match='"lsq" is unknown'):
+            calibrate_models(cases[0], records[0], tmp_path, "null", RUNS, optimisers="lsq")
+        with pytest.raises(UserError, match="--budget = 0 is below 1"):
+            calibrate_models(cases[0], records[0], tmp_path, "null", RUNS, budget=0)
+
+
 def test_the_command_ends_with_1_for_the_user_s_mistake(tmp_path: Path) -> None:
     cases, records = rig.shots()
     (tmp_path / "case.toml").write_text(case_toml(cases[0]), encoding="utf-8")

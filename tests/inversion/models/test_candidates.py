@@ -88,6 +88,20 @@ def test_a_case_states_its_own_ranges() -> None:
     assert of_the_case == {"bird.material.viscosity": (100.0, 1000.0, "linear")}
 
 
+@pytest.mark.parametrize("stated", ["murnaghan", "null+murnaghan"])
+@pytest.mark.parametrize("asked", ["murnaghan", "null+murnaghan"])
+def test_ranges_under_either_name_of_a_model_count(stated: str, asked: str) -> None:
+    """Those under null+murnaghan were passed over where the model was asked for as murnaghan."""
+    own = {"inversion": {"models": {stated: {B: {"range": ["50 MPa", "200 MPa"]}}}}}
+    assert sought(calibrated_case(candidate(asked), tiny().overlaid(own))) == {B: (50e6, 200e6, "linear")}
+
+
+def test_ranges_under_both_names_of_a_model_are_refused() -> None:
+    both = {name: {B: {"range": ["50 MPa", "200 MPa"]}} for name in ("murnaghan", "null+murnaghan")}
+    with pytest.raises(UserError, match=r"inversion.models.murnaghan and inversion.models.null\+murnaghan are of one"):
+        calibrated_case(candidate("murnaghan"), tiny().overlaid({"inversion": {"models": both}}))
+
+
 def test_a_logarithmic_range_is_seen_as_its_logarithm() -> None:
     scale = Scale(ParameterSpace.of_case(calibrated_case(candidate("hydrodynamic"), tiny())))
     low, high = (
