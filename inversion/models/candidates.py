@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
-from birdstrike.inversion.formatting import span
+from birdstrike.inversion.formatting import plain, quantity, span
 from birdstrike.solver.bird.eos.interface import Sought
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.interface import BirdMaterial, Material
@@ -20,6 +20,7 @@ from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.bird.model_names import known_models, material_and_law, table_of, usual_law
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw, at
+from birdstrike.solver.case.sections import quantity_at
 
 PREFIX = "bird.material."
 
@@ -158,14 +159,39 @@ def literature_values(chosen: Candidate, base: Case, names: Iterable[str]) -> di
     case = literature_case(chosen, base)
     if case is None:
         return {}
-    found: dict[str, float] = {}
-    for name in names:
-        place: object = case
-        for part in name.split("."):
-            place = getattr(place, part, None)
-        if isinstance(place, int | float):
-            found[name] = float(place)
-    return found
+    values = {name: _value(case, name) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _value(case: Case, key: str) -> float | None:
+    """SI value under a dotted key of a case; None where there is none."""
+    place: object = case
+    for part in key.split("."):
+        place = getattr(place, part, None)
+    return float(place) if isinstance(place, int | float) else None
+
+
+def kept_constants(chosen: Candidate, cases: Sequence[Case]) -> tuple[str, ...]:
+    """A warning where the cases with a model do not seek every constant that it declares: who compares models would
+    take this one to be as free as the others."""
+    sought = [key for key in cases[0].inversion.parameters if key.startswith(PREFIX)]
+    kept = [key for key in chosen.ranges if key not in sought]
+    if not kept:
+        return ()
+    shown = " and ".join(f"{plain(key, [*sought, *kept])} stays at {_values(cases, key)}" for key in kept)
+    return (
+        f"the case states what is sought of this model ({', '.join(plain(key, [*sought, *kept]) for key in sought)}): "
+        f"{shown}, so that it has fewer free constants than models without such a statement; give the range of what is "
+        f"not known too: inversion.models.{chosen.name}",
+    )
+
+
+def _values(cases: Sequence[Case], key: str) -> str:
+    """The values of a constant in the cases, each once."""
+    mark = quantity_at(key)
+    values = [_value(case, key) for case in cases]
+    unit = mark.unit if mark is not None else ""
+    return " and ".join(dict.fromkeys("no value" if v is None else quantity(v, unit) for v in values))
 
 
 def built(case: Case, values: Mapping[str, float]) -> Material:

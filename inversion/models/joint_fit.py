@@ -29,7 +29,7 @@ from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import InversionOutcome, invert
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.models.campaigns import ModelRuns
-from birdstrike.inversion.models.candidates import literature_values
+from birdstrike.inversion.models.candidates import kept_constants, literature_values
 from birdstrike.inversion.models.combinations import combinations
 from birdstrike.inversion.models.error_terms import Discrepancy, with_discrepancy
 from birdstrike.inversion.models.heldout_fits import BLOCKS, HeldOutFits
@@ -63,6 +63,7 @@ class ModelFit:
         began, said = time.monotonic(), list[str]()
         shots = self.runs.campaigns(said)  # refuses a folder of other cases, of which nothing is then touched
         withdraw_answer(self.runs.folder)
+        said += kept_constants(self.runs.chosen, self.runs.cases)
         origins = [own_origin(s) if s.options.time_offset else (0.0, True) for s in shots]
         joint = joined(shots, origins)
         dataset, emulator, added = self.runs.refined(joint, said)

@@ -14,6 +14,7 @@ from birdstrike.inversion.models.candidates import (
     calibrated_case,
     candidate,
     candidates,
+    kept_constants,
     literature_case,
     modulus_of,
     with_material,
@@ -94,6 +95,15 @@ def test_ranges_under_either_name_of_a_model_count(stated: str, asked: str) -> N
     """Those under null+murnaghan were passed over where the model was asked for as murnaghan."""
     own = {"inversion": {"models": {stated: {B: {"range": ["50 MPa", "200 MPa"]}}}}}
     assert sought(calibrated_case(candidate(asked), tiny().overlaid(own))) == {B: (50e6, 200e6, "linear")}
+
+
+def test_constants_that_a_case_keeps_although_the_model_seeks_them_are_warned_of() -> None:
+    """A case that seeks one constant for train-and-invert has one for calibrate-models too; other models have all."""
+    null, elastic = candidate("null"), candidate("elastic")
+    (line,) = kept_constants(null, [calibrated_case(null, tiny())] * 2)
+    assert "what is sought of this model (viscosity): pressure cutoff stays at -0.4 MPa, so that" in line
+    assert line.endswith("not known too: inversion.models.null")
+    assert kept_constants(elastic, [calibrated_case(elastic, tiny())]) == ()
 
 
 def test_ranges_under_both_names_of_a_model_are_refused() -> None:
