@@ -42,11 +42,12 @@ def combinations(runs: ModelRuns, outcome: InversionOutcome, located: Located) -
     estimates = outcome.inversion.methods["emulator"].parameters
     weak = [plain(key, estimates) for key in keys if not estimates[key].identified]
     named = f"K = {formula}" if formula else "K"
+    records = "these records" if len(runs.setups) > 1 else "this record"
     text = f"{named} = {quantity(value, 'Pa')} (95 %: {span(*interval, 'Pa')})"
     if not identified:
-        text = f"the bulk modulus {named} is not identifiable from this record"
+        text = f"the bulk modulus {named} is not identifiable from {records}"
     elif weak and len(keys) > 1:
-        text += f"; {' and '.join(weak)} not identifiable from this record: only the combination counts"
+        text += f"; {' and '.join(weak)} not identifiable from {records}: only the combination counts"
     return {"bulk_modulus": Combined(value, interval, "Pa", identified, formula, keys, text)}
 
 

@@ -129,18 +129,19 @@ def _poor(found: Sequence[Found]) -> str:
     worst = min(found, key=lambda one: one.number("q2"))
     where = f"{worst.found['channel']} with {worst.model}, Q2 {worst.found['q2']}"
     return (
-        f"the emulators of {_models(found)} predict {many(len(found), 'channel')} of left-out runs poorly (worst: "
-        f"{where}): these carry that error as noise and count for less in the calibration; raise --runs, or leave them "
-        "out: --channels"
+        f"left-out runs are predicted poorly by the {_emulators(found)}, in {many(len(found), 'channel')} (worst: "
+        f"{where}): such a channel carries that error as noise and counts for less in the calibration; raise --runs, "
+        "or leave it out: --channels"
     )
 
 
 def _not_noise(found: Sequence[Found]) -> str:
     worst = max(found, key=lambda one: one.number("factor"))
     return (
-        f"the residual of {_models(found)} is more than noise: intervals were widened, by a factor "
-        f"{worst.found['factor']} at most ({worst.model}, {worst.found['channel']}); these models lack something that "
-        "their constants do not change: birdstrike diagnose"
+        f"the best fit of the {_emulators(found)} leaves more than noise: intervals were widened, by a factor "
+        f"{worst.found['factor']} at most ({worst.model}, {worst.found['channel']}); where the error of the calibrated "
+        "constants, by the solver, is that of the noise, the emulator errs there: raise --runs; else the model lacks "
+        "something that its constants do not change: birdstrike diagnose"
     )
 
 
@@ -240,6 +241,12 @@ def _first(found: Sequence[Found]) -> str:
 
 def _models(found: Iterable[Found]) -> str:
     return _list(list(dict.fromkeys(one.model for one in found)), MOST_MODELS)
+
+
+def _emulators(found: Iterable[Found]) -> str:
+    """ "emulator of null", "emulators of null and elastic"."""
+    told = list(found)
+    return f"emulator{'s' if len({one.model for one in told}) > 1 else ''} of {_models(told)}"
 
 
 def _list(names: Sequence[str], most: int = MOST_NAMED) -> str:

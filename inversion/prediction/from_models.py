@@ -14,7 +14,8 @@ from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
-from birdstrike.inversion.models.results import read_comparison
+from birdstrike.inversion.models.ranking import misses
+from birdstrike.inversion.models.results import COMPARISON, read_comparison
 from birdstrike.inversion.models.scaled import Scale
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.prediction.from_inversion import NO_SAMPLE, rough_draws
@@ -52,7 +53,7 @@ def read_models(folder: Path, model: str = "") -> Learnt:
     )
     stored = [name for name in kept if name not in rough]
     said = (
-        _which(kept, shares),
+        _which(kept, shares, content["models"]),
         *([f"up to 2000 draws of {' and '.join(stored)} from the posterior ({DRAWS_FILE})"] if stored else []),
         *([f"{' and '.join(rough)}: {NO_SAMPLE}"] if rough else []),
         "the bird's material is each model's own; what the new case states of it is not used",
@@ -71,16 +72,28 @@ def read_models(folder: Path, model: str = "") -> Learnt:
     )
 
 
-def _which(kept: Sequence[str], shares: Mapping[str, float]) -> str:
+def _which(kept: Sequence[str], shares: Mapping[str, float], models: Mapping[str, Any]) -> str:
     if len(kept) == 1:
-        return f"the bird model {kept[0]} alone (probability of being the best {100 * shares[kept[0]]:.0f} %)"
-    return f"{len(kept)} bird models by their probability of being the best ({', '.join(kept)})"
+        best = f"probability of being the best {100 * shares[kept[0]]:.0f} %"
+        return f"the bird model {kept[0]} alone (held-out error {_heldout(models[kept[0]])}, {best})"
+    shown = ", ".join(f"{name}: held-out error {_heldout(models[name])}" for name in kept)
+    return f"{len(kept)} bird models by their probability of being the best ({shown})"
+
+
+def _heldout(model: Mapping[str, Any]) -> str:
+    return f"{model['expected']:.2f} times the noise"
 
 
 def _warnings(content: Mapping[str, Any], kept: Sequence[str]) -> Iterator[str]:
     """Those of the comparison as a whole, then those of the models that are used, and of no other."""
     own = warnings_of(content["models"], content["ranking"])
     of_models = summarised(own)
+    for name in kept:
+        if name != content["ranking"][0] and misses(interval := content["models"][name].get("expected_95")):
+            yield (
+                f"{name} leaves {interval[0]:.3g} .. {interval[1]:.3g} times the noise (95 %) in what it was not "
+                f"calibrated to; the best model of {COMPARISON} is {content['ranking'][0]}"
+            )
     yield from (line for line in content.get("warnings", ()) if line not in of_models)
     yield from summarised({name: own[name] for name in kept})
 

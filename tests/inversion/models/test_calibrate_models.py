@@ -93,7 +93,7 @@ def test_the_bulk_modulus_is_found_and_gamma_is_not(calibrated: Calibrated) -> N
     assert bulk.identified
     assert bulk.value == pytest.approx(420e6, rel=0.03)
     assert not own.parameters["bird.material.eos.g"].identified
-    assert "g not identifiable from this record" in bulk.sentence
+    assert "g not identifiable from these records" in bulk.sentence
     viscosity = own.parameters["bird.material.viscosity"].interval_95
     assert viscosity is not None
     assert viscosity[0] < 300.0 < viscosity[1]

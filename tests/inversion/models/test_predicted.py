@@ -62,6 +62,26 @@ def test_a_model_s_own_folder_tells_of_this_model_alone(
         read_learnt(copy / "null")
 
 
+def test_a_model_by_itself_that_misses_the_records_is_said_to(folder: Path, tmp_path: Path) -> None:
+    """An elastic bird at 13 times the noise was "the bird model elastic alone (probability of being the best 0 %)"."""
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    shutil.copytree(copy / "murnaghan", copy / "null")
+    content = json.loads((copy / "models.json").read_text(encoding="utf-8"))
+    missing = {"expected": 30.0, "expected_95": [29.0, 31.0], "probability_best": 0.0}
+    content["models"]["null"] = content["models"]["murnaghan"] | missing
+    content["ranking"].append("null")
+    (copy / "models.json").write_text(json.dumps(content), encoding="utf-8")
+    used = read_models(copy, "null")
+    assert used.said[0] == (
+        "the bird model null alone (held-out error 30.00 times the noise, probability of being the best 0 %)"
+    )
+    assert used.warnings[0] == (
+        "null leaves 29 .. 31 times the noise (95 %) in what it was not calibrated to; the best model of models.json "
+        "is murnaghan"
+    )
+    assert not any("leaves 29" in line for line in read_models(copy).warnings)
+
+
 def test_models_that_are_not_used_are_not_warned_of(folder: Path, tmp_path: Path) -> None:
     copy = shutil.copytree(folder, tmp_path / "copy")
     content = json.loads((copy / "models.json").read_text(encoding="utf-8"))

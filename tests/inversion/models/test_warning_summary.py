@@ -21,9 +21,19 @@ def test_one_warning_for_all_models_and_channels_with_the_worst_named() -> None:
         "elastic": [LATE.format("force of s70"), LATE.format("force of s120"), POOR.format("force of s120", 0.31)],
     }
     poor, late = summarised(own)
-    assert poor.startswith("the emulators of null and elastic predict 2 channels of left-out runs poorly")
+    assert poor.startswith("left-out runs are predicted poorly by the emulators of null and elastic, in 2 channels (")
     assert "worst: force of s120 with elastic, Q2 0.31" in poor
     assert late.startswith("60 points of 2 channels outside the simulated time (0 .. 2.5 ms)")
+
+
+def test_a_residual_that_an_emulator_alone_leaves_is_not_called_what_the_model_lacks() -> None:
+    """The model that made the records, at its constants 0.7 times the noise off, "lacked something"."""
+    rest = (
+        "force of s70: the residual of the best fit is 1.3 times the stated noise, so the intervals were widened by a"
+    )
+    (told,) = summarised({"null": [f"{rest} factor 1.3"]})
+    assert told.startswith("the best fit of the emulator of null leaves more than noise: intervals were widened, by a ")
+    assert "by the solver, is that of the noise, the emulator errs there: raise --runs; else the model lacks" in told
 
 
 def test_a_model_without_an_answer_comes_first_and_an_unknown_warning_is_kept_with_its_models() -> None:
