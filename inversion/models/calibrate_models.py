@@ -212,8 +212,9 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
         record.refuse_dead_sensors()
     read = only_channels(read, channels)
     refuse_twice([("--measured", record) for record in read])
-    setups = map(ShotSetup, shot_names(read), loaded, read)
-    return tuple(sorted(setups, key=lambda setup: (setup.case.impact.speed, setup.name)))
+    shots = sorted(zip(loaded, read, strict=True), key=lambda shot: (shot[0].impact.speed, shot[1].path))
+    names = shot_names([record for _, record in shots])
+    return tuple(ShotSetup(name, *shot) for name, shot in zip(names, shots, strict=True))
 
 
 def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[ShotSetup]) -> None:

@@ -88,11 +88,12 @@ def _warnings(content: Mapping[str, Any], kept: Sequence[str]) -> Iterator[str]:
     """Those of the comparison as a whole, then those of the models that are used, and of no other."""
     own = warnings_of(content["models"], content["ranking"])
     of_models = summarised(own)
+    first = content["ranking"][0]
     for name in kept:
-        if name != content["ranking"][0] and misses(interval := content["models"][name].get("expected_95")):
+        if first not in kept and misses(interval := content["models"][name].get("expected_95")):
             yield (
                 f"{name} leaves {interval[0]:.3g} .. {interval[1]:.3g} times the noise (95 %) in what it was not "
-                f"calibrated to; the best model of {COMPARISON} is {content['ranking'][0]}"
+                f"calibrated to; the best model of {COMPARISON} is {first}"
             )
     yield from (line for line in content.get("warnings", ()) if line not in of_models)
     yield from summarised({name: own[name] for name in kept})

@@ -169,6 +169,17 @@ def test_repeating_the_call_simulates_nothing(calibrated: Calibrated) -> None:
     assert again.as_json() == turned.as_json() == calibrated.found.as_json()
 
 
+def test_records_of_one_file_name_are_told_apart_whatever_their_order(tmp_path: Path) -> None:
+    """slow/record.csv and fast/record.csv were record_1 and record_2 as given, so that the other order was refused."""
+    cases, records = rig.shots()
+    named = [replace(one, path=f"{place}/record.csv") for one, place in zip(records, ("slow", "fast"), strict=True)]
+    with rig.formula_for_solver():
+        found = calibrate_models(cases, named, tmp_path, ["null"], runs=RUNS, workers=1, posterior=False)
+        turned = calibrate_models(cases[::-1], named[::-1], tmp_path, ["null"], runs=RUNS, workers=1, posterior=False)
+    assert found.speeds == {"record_1": 60.0, "record_2": 100.0}
+    assert found.as_json() == turned.as_json()
+
+
 def test_models_that_an_earlier_call_calibrated_are_kept_and_said_to_be_left_out(
     calibrated: Calibrated, tmp_path: Path
 ) -> None:
