@@ -32,9 +32,11 @@ TELLTALES = {
 def reserved(folder: Path, command: str) -> Iterator[None]:
     """While a command writes into a folder; afterwards the folder is marked as that command's.
 
-    Raises UserError, before anything is written, where the folder holds what another command made. A folder that was
-    there before is marked only if the command succeeds.
+    Raises UserError, before anything is written, where the folder holds what another command made, or is a file. A
+    folder that was there before is marked only if the command succeeds.
     """
+    if folder.exists() and not folder.is_dir():
+        raise UserError(f"--out {folder} is a file; the output of {command} goes into a folder: choose another --out")
     maker, was_there = maker_of(folder), folder.is_dir()
     if of_model := model_of(folder):
         raise UserError(

@@ -150,8 +150,8 @@ def _overruled(found: Sequence[Found]) -> str:
     other = " and ".join(dict.fromkeys(one.found["other"] for one in found))
     return (
         f"the noise stated for {many(len(channels), 'channel')} ({_list(channels)}) is not {other}, which is used "
-        f"instead (the first: {first['stated']}; {first['level']}); correct what is stated: sensors.NAME.noise of its "
-        "case, or birdstrike import --sigma"
+        f"instead (the first: stated {first['stated']}; found {first['level']}); correct what is stated: "
+        "sensors.NAME.noise of its case, or birdstrike import --sigma"
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from birdstrike.data.histories import Array, Histories
 from birdstrike.reports.figures.curves import draw_record
@@ -36,6 +37,9 @@ def heldout_figure(shots: Mapping[str, Errors], names: Sequence[str]) -> Figure:
         axes.errorbar(at, values, bars, fmt="o", color=COLOURS[i % len(COLOURS)], capsize=3, label=name)
     axes.axhline(1.0, color="black", linewidth=0.7, linestyle=":")
     axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xticks(range(len(shots)), list(shots))
     if sum(map(len, shots)) > MOST_LETTERS:
         axes.tick_params(axis="x", rotation=20)

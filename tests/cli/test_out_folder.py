@@ -52,6 +52,17 @@ def test_no_command_writes_into_a_campaign(command: str, tmp_path: Path, monkeyp
     assert content(Path("campaign")) == before
 
 
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_file_is_no_folder_for_results(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """ "record.csv/null: Not a directory" was all that calibrate-models said."""
+    monkeypatch.chdir(tmp_path)
+    Path("record.csv").write_text(RECORD)
+    found = CliRunner().invoke(app, [command, *COMMANDS[command], "--out", "record.csv"])
+    assert found.exit_code == 1, found.output
+    assert f"--out record.csv is a file; the output of {command} goes into a folder: choose another" in found.stderr
+    assert Path("record.csv").read_text() == RECORD
+
+
 def test_no_command_writes_into_the_folder_of_a_bird_model(tmp_path: Path) -> None:
     (tmp_path / "null" / "v80").mkdir(parents=True)
     (tmp_path / "models.json").write_text("{}")

@@ -299,6 +299,15 @@ def test_names_of_many_shots_do_not_run_into_one_another_below_the_figure() -> N
     assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for box in boxes)
 
 
+def test_held_out_errors_stand_on_an_axis_of_plain_numbers() -> None:
+    """ "3 x 10^0" was the only number beside errors of 2 to 3 times the noise."""
+    figure = heldout_figure({"s70": {"null": (2.3, (2.0, 2.6)), "elastic": (12.0, (11.0, 13.0))}}, ["null", "elastic"])
+    figure.canvas.draw()
+    ticks = figure.axes[0].yaxis
+    assert {"1", "2", "5", "10"} <= {label.get_text() for label in ticks.get_ticklabels()}
+    assert not any(label.get_text() for label in ticks.get_ticklabels(minor=True))
+
+
 def test_the_page_says_which_records_are_simulated(calibrated: Calibrated, tmp_path: Path) -> None:
     """A measured record beside a simulated one was labelled as simulated."""
     folder = tmp_path / "models"

@@ -74,7 +74,7 @@ def test_a_stated_noise_that_the_records_contradict_is_one_warning() -> None:
     (told,) = summarised(own)
     assert told.startswith(
         "the noise stated for 2 channels (strain along 0 of s70 and strain along 90 of s70) is not the scatter of "
-        "neighbouring points, which is used instead (the first: 0.00003, case; 0.0003)"
+        "neighbouring points, which is used instead (the first: stated 0.00003, case; found 0.0003)"
     )
     (told,) = summarised({"null": [scatter.format(0, 0.0003), before.format(45, "0.0001 over 20 points")]})
     assert "is not the scatter of neighbouring points and that of the record before contact" in told
