@@ -239,7 +239,7 @@ def saved_answer(path: Path, fingerprint: str) -> ModelAnswer | None:
 
 
 def read_comparison(folder: Path, model: str = "") -> dict[str, Any]:
-    """The content of a folder's models.json; raises UserError where there is none, or none with this model ranked."""
+    """The content of a folder's models.json; raises UserError where there is none, no model is ranked, or not this."""
     path = folder / COMPARISON
     if not path.is_file():
         raise UserError(
@@ -251,6 +251,9 @@ def read_comparison(folder: Path, model: str = "") -> dict[str, Any]:
         ranking, models = list(content["ranking"]), dict(content["models"])
     except (ValueError, KeyError, TypeError) as error:
         raise UserError(f"{path} is damaged; repeat birdstrike calibrate-models") from error
+    if not ranking and not model:
+        reasons = "; ".join(f"{name}: {one.get('failure')}" for name, one in models.items())
+        raise UserError(f"{path}: no model has an answer: {reasons}")
     if model and model not in ranking:
         if failure := models.get(model, {}).get("failure"):
             raise UserError(f"{path}: {model} has no answer: {failure}")

@@ -41,8 +41,6 @@ def read_models(folder: Path, model: str = "") -> Learnt:
     shares = {name: float(content["models"][name].get("probability_best") or 0.0) for name in content["ranking"]}
     likely = [name for name, share in shares.items() if share >= LEAST] or list(content["ranking"][:1])
     kept = [model] if model else likely
-    if not kept:
-        raise UserError(f"--from {folder}: no model was ranked; models.json says why under each model")
     rough = [name for name in kept if not (folder / name / DRAWS_FILE).is_file()]
     names = list(content["records"])
     cases = {name: load_case(folder / kept[0] / name / "case.toml") for name in names}

@@ -35,9 +35,9 @@ def read(folder: Path) -> tuple[View, ...]:
     content = read_comparison(folder, model)
     names = [model] if model else content["ranking"]
     missing = [name for name in names if "noise" not in read_json(folder / name / "emulator.json")]
-    if missing or not names:
+    if missing:
         raise UserError(
-            f"no emulator of {', '.join(missing) or 'any model'} in {folder}, or one of an earlier version; repeat "
+            f"no emulator of {', '.join(missing)} in {folder}, or one of an earlier version; repeat "
             "calibrate-models with the same --out, whose simulations are stored"
         )
     records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in content["speeds"]}

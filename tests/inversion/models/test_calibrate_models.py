@@ -379,6 +379,16 @@ def test_of_a_folder_where_no_call_has_finished_the_resumption_is_named(tmp_path
             read(tmp_path, tmp_path / "bird.k")
 
 
+def test_where_no_model_has_an_answer_the_reasons_are_told(calibrated: Calibrated, tmp_path: Path) -> None:
+    """explore asked to repeat the call, whose models all failed."""
+    models = {"elastic": {"failure": "none of the 8 runs finished"}, "null": {"failure": "the energy was off"}}
+    content = calibrated.content | {"ranking": [], "models": models}
+    (tmp_path / "models.json").write_text(json.dumps(content), encoding="utf-8")
+    for read in (explore, read_models, partial(export, out=tmp_path / "bird.k")):
+        with pytest.raises(UserError, match="no model has an answer: elastic: none of the 8 runs finished; null: the"):
+            read(tmp_path)
+
+
 @pytest.mark.parametrize(
     ("source", "given", "said"),
     [
