@@ -220,7 +220,7 @@ def _words(kind: str, runs: int, seed: int | None, source: str | None) -> str:
 
 def _differences(there: Mapping[str, Any], here: Mapping[str, Any], most: int = 3) -> str:
     """The first few dotted keys in which two canonical cases differ."""
-    old, new = _flat(there), _flat(here)
+    old, new = flat(there), flat(here)
     changed = [key for key in dict.fromkeys([*old, *new]) if old.get(key) != new.get(key)]
     keys = [key for key in changed if not key.startswith("sources.")]
     shown = [f"{key} is {old.get(key)} there and {new.get(key)} here (SI)" for key in keys[:most]]
@@ -228,8 +228,9 @@ def _differences(there: Mapping[str, Any], here: Mapping[str, Any], most: int = 
     return ", ".join(shown + more)
 
 
-def _flat(tree: Mapping[str, Any], place: str = "") -> dict[str, Any]:
-    flat: dict[str, Any] = {}
+def flat(tree: Mapping[str, Any], place: str = "") -> dict[str, Any]:
+    """A canonical case's values under dotted keys."""
+    found: dict[str, Any] = {}
     for key, value in json.loads(json.dumps(tree)).items():
-        flat |= _flat(value, f"{place}{key}.") if isinstance(value, dict) else {f"{place}{key}": value}
-    return flat
+        found |= flat(value, f"{place}{key}.") if isinstance(value, dict) else {f"{place}{key}": value}
+    return found

@@ -19,7 +19,7 @@ from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
 from birdstrike.inversion.formatting import many
-from birdstrike.inversion.models.campaigns import FitOptions, ModelRuns, ShotSetup
+from birdstrike.inversion.models.campaigns import FitOptions, ModelRuns, ShotSetup, unlike_cases
 from birdstrike.inversion.models.candidates import (
     Candidate,
     calibrated_case,
@@ -271,7 +271,7 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
         sentence=_sentence(found.answers, found.ranking, found.tied, by) if found.ranking else "no model has an answer",
         per_shot_sentences=sentences,
         seed=seed,
-        warnings=(*_missed(found), *summarised(own)),
+        warnings=(*_missed(found), *unlike_cases(setups), *summarised(own)),
     )
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
-from birdstrike.doe.campaign.folder import CampaignFolder
+from birdstrike.doe.campaign.folder import CampaignFolder, flat
 from birdstrike.doe.campaign.planned import planned_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion import forward
@@ -27,15 +28,21 @@ from birdstrike.inversion.estimation.known_errors import case_nuisances, discrep
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
+from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.forward import Forward, StoredSolver, silent
-from birdstrike.inversion.models.candidates import Candidate, calibrated_case, literature_case
+from birdstrike.inversion.models.candidates import PREFIX, Candidate, calibrated_case, literature_case
 from birdstrike.inversion.models.error_terms import NuisanceRuns
 from birdstrike.inversion.models.points import near_answer
 from birdstrike.inversion.models.scaled import NearestFinished, Scale, ScaledForward
 from birdstrike.inversion.models.simulations import LatePool, simulate_all
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.sections import quantity_at
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
+
+CONSTRUCTION = ("bird", "plate", "target")
+"""What shots of one comparison usually have in common, as sections of a case."""
+MOST_KEYS = 3
 
 
 @dataclass(frozen=True)
@@ -45,6 +52,30 @@ class ShotSetup:
     name: str
     case: Case
     measured: Measured
+
+
+def unlike_cases(setups: Sequence[ShotSetup]) -> tuple[str, ...]:
+    """A warning where the cases differ in bird or target, which may be meant or the wrong case beside a record.
+
+    The bird's material is each model's own; shots differ in impact, time and sensors.
+    """
+    tables = [flat({key: tree.get(key, {}) for key in CONSTRUCTION}) for tree in (s.case.canonical() for s in setups)]
+    keys = dict.fromkeys(key for table in tables for key in table if not key.startswith(PREFIX))
+    unlike = [key for key in keys if any(table.get(key) != tables[0].get(key) for table in tables)]
+    if not unlike:
+        return ()
+    shown = ", ".join(_told(key, setups, tables) for key in unlike[:MOST_KEYS])
+    more = f" and {len(unlike) - MOST_KEYS} more" if len(unlike) > MOST_KEYS else ""
+    return (
+        f"the cases of the shots differ in {shown}{more}: each record is compared with a simulation of its own case; "
+        "where this is not meant, correct --case",
+    )
+
+
+def _told(key: str, setups: Sequence[ShotSetup], tables: Sequence[Mapping[str, Any]]) -> str:
+    mark, values = quantity_at(key), [table.get(key, "not stated") for table in tables]
+    told = [quantity(v, mark.unit) if mark is not None and isinstance(v, float) else str(v) for v in values]
+    return f"{key} ({', '.join(f'{value} of {s.name}' for value, s in zip(told, setups, strict=True))})"
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.models.calibrate_models import _compared, _verdict, calibrate_models
+from birdstrike.inversion.models.campaigns import ShotSetup, unlike_cases
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
 from birdstrike.inversion.models.ranking import bootstrap, ranked, shot_error
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
@@ -488,6 +489,22 @@ def test_other_ranges_of_one_shot_are_named_before_any_simulation(tmp_path: Path
             calibrate_models([cases[0], other], records, tmp_path, ["null", "elastic"], runs=RUNS)
     assert f", sought in 5 .. 1000 MPa (linear) in {other.name} with elastic; state the same" in str(no.value)
     assert not rig.CALLS
+
+
+def test_cases_of_unlike_plates_or_birds_are_warned_of() -> None:
+    """Another plate's case beside a record was told as a late trigger alone."""
+    cases, records = rig.shots()
+    thin = cases[1].overlaid({"plate": {"thickness": "4 mm"}})
+
+    def told(*given: Case) -> tuple[str, ...]:
+        return unlike_cases([ShotSetup(f"v{i}", case, records[0]) for i, case in enumerate(given)])
+
+    assert told(*cases) == ()  # speeds differ
+    (line,) = told(cases[0], thin)
+    thick = f"{1e3 * cases[0].plate.thickness:g} mm"
+    assert line.startswith(f"the cases of the shots differ in plate.thickness ({thick} of v0, 4 mm of v1): each record")
+    stiff = cases[1].overlaid({"bird": {"material": {"viscosity": "7 Pa s"}}})
+    assert told(cases[0], stiff) == ()  # each model has its own
 
 
 def test_one_name_may_stand_without_a_list(tmp_path: Path) -> None:
