@@ -66,13 +66,18 @@ def converge(
 def _write(out: Path, case: Case, ratio: float, found: MeshConvergence) -> None:
     from birdstrike.data.curves import write_histories
     from birdstrike.data.files import whole_file, write_json
+    from birdstrike.doe.solvers import solver_for
     from birdstrike.inversion.mesh_convergence.files import as_json, curves_of
     from birdstrike.reports.figures.convergence import convergence_figure
     from birdstrike.reports.figures.style import png
     from birdstrike.solver.case.case import case_hash
-    from birdstrike.solver.version import SOLVER_VERSION
 
-    origin = {"case": case.name, "case_hash": case_hash(case), "solver_version": SOLVER_VERSION, "ratio": ratio}
+    origin = {
+        "case": case.name,
+        "case_hash": case_hash(case),
+        "solver_version": solver_for(case).version,
+        "ratio": ratio,
+    }
     write_histories(out / "convergence.csv", curves_of(found))
     with whole_file(out / "convergence.png") as temporary:
         temporary.write_bytes(png(convergence_figure(found)))

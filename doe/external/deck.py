@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import CaseError
@@ -29,6 +30,17 @@ def missing_in_deck(case: Case, changed: Case) -> tuple[str, ...]:
         if _text(case, _with(before, after, key)) == deck
         for name in _spelt(after, key)
     )
+
+
+def refuse_missing_in_deck(case: Case, changed: Case) -> None:
+    """Raise CaseError where the deck of `case` cannot become that of `changed`: it would be run as it is."""
+    if missing := missing_in_deck(case, changed):
+        raise CaseError(f"the deck of {_template_of(case)} has no place for {', '.join(missing)}")
+
+
+def _template_of(case: Case) -> str:
+    assert case.external is not None
+    return Path(case.external.template).name
 
 
 def unsupported_by_deck(case: Case, name: str) -> str:
