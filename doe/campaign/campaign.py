@@ -50,10 +50,11 @@ def run_campaign(
     claimed: called once the folder is this campaign's. progress: called at every change. say: takes what the user
     should know, one line at a time.
 
-    A run that fails is tried again with half the time step, then left out by number; its reason stands in
-    summary.json. Raises UserError (the folder holds another campaign, the case refuses a run) and RunFailed (no run
-    finished, a worker died); after either, and after Ctrl-C or a kill, the same call resumes. A longer design that
-    begins with the held rows (one of doe.campaign.planned, a file with rows appended) extends the campaign.
+    A run that fails is tried again with half the time step where the solver takes one (an external solver's deck need
+    not), then left out by number; its reason stands in summary.json. Raises UserError (the folder holds another
+    campaign, the case refuses a run) and RunFailed (no run finished, a worker died); after either, and after Ctrl-C
+    or a kill, the same call resumes. A longer design that begins with the held rows (one of doe.campaign.planned, a
+    file with rows appended) extends the campaign.
     """
     count = worker_count(workers)
     solver = solver_for(case, simulate)
@@ -72,7 +73,7 @@ def run_campaign(
     elif runner.due:
         with _pool(executor, min(count, len(runner.due))) as ready:
             runner.run(ready, solver.simulate, case, count)
-    return _finish(folder, summary, runner, say)
+    return _finish(folder, summary, runner, say, len(solver.step_factors))
 
 
 def _pool(executor: Executor | None, workers: int) -> AbstractContextManager[Executor]:
@@ -118,7 +119,10 @@ def _announce(
         )
 
 
-def _finish(folder: CampaignFolder, summary: dict[str, object], runner: Runner, say: Callable[[str], None]) -> Dataset:
+def _finish(
+    folder: CampaignFolder, summary: dict[str, object], runner: Runner, say: Callable[[str], None], attempts: int
+) -> Dataset:
+    """Curves, summary and Dataset; attempts: how often a run that failed was tried."""
     outcomes = dict(sorted(runner.outcomes.items()))
     finished = {number: outcome for number, outcome in outcomes.items() if isinstance(outcome, Finished)}
     failed = {number: outcome for number, outcome in outcomes.items() if isinstance(outcome, Failed)}
@@ -130,7 +134,7 @@ def _finish(folder: CampaignFolder, summary: dict[str, object], runner: Runner, 
         remedy = "run the same command again" if first.due else "check the case"
         raise RunFailed(f"none of the {len(failed)} runs finished; run {number}: {first.reason}", remedy)
     for number, outcome in list(failed.items())[:NAMED_FAILURES]:
-        what = "was ended by the machine" if outcome.due else "failed twice"
+        what = "was ended by the machine" if outcome.due else "failed twice" if attempts > 1 else "failed"
         say(f"run {number} {what} and is left out: {outcome.reason}")
     if len(failed) > NAMED_FAILURES:
         say(f"{len(failed) - NAMED_FAILURES} more runs are left out; {folder.summary} holds their reasons")

@@ -17,6 +17,7 @@ from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
 from birdstrike.data.files import write_json
 from birdstrike.doe.campaign.run import retry_before
+from birdstrike.doe.external.deck import refuse_missing_in_deck
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
 from birdstrike.inversion.formatting import many
@@ -29,7 +30,7 @@ from birdstrike.inversion.models.results import ANSWER, ModelAnswer, ModelCompar
 from birdstrike.inversion.models.simulations import LatePool
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.observations.reader import Expected, read_record
-from birdstrike.solver.case.case import CaseSource, as_case
+from birdstrike.solver.case.case import Case, CaseSource, as_case
 from birdstrike.solver.sources import digest_files
 
 USUAL = ("null", "elastic", "plastic_kinematic", "hydrodynamic", "murnaghan")
@@ -204,6 +205,17 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
     return tuple(sorted(setups, key=lambda setup: (setup.case.impact.speed, setup.name)))
 
 
+def _refuse_other_deck(chosen: Candidate, own: Case, case: Case | None) -> None:
+    """Raise CaseError where an external solver's deck cannot carry the model: another bird would be simulated."""
+    if case is None or own.solver.name != "external":
+        return
+    try:
+        refuse_missing_in_deck(own, case)
+        solver_for(case)
+    except CaseError as error:
+        raise CaseError([f"--models {chosen.name}: {line}" for line in error.errors]) from error
+
+
 def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[ShotSetup]) -> None:
     """Every case with every model and its record, before the first simulation; raises UserError with all that is
     wrong."""
@@ -211,8 +223,8 @@ def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[Shot
     for one in chosen:
         for setup in setups:
             try:
-                calibrated_case(one, setup.case)
-                literature_case(one, setup.case)
+                for case in (calibrated_case(one, setup.case), literature_case(one, setup.case)):
+                    _refuse_other_deck(one, setup.case, case)
             except (UserError, CaseError) as error:
                 errors += error.errors
     for setup in setups:
