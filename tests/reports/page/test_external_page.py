@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -13,6 +15,7 @@ import birdstrike.reports.comparison.models as models
 from birdstrike.data.store import RunStore
 from birdstrike.reports.page.page import report
 from birdstrike.reports.results.measurement import program_in
+from birdstrike.reports.results.parts import find_parts
 
 
 @contextmanager
@@ -47,3 +50,14 @@ def test_a_bird_that_the_deck_has_no_place_for_is_not_simulated_under_its_name(t
         assert f"The {bird} bird has no curve, it cannot be simulated: the deck of strike.k.j2 has no place for" in text
     assert len(RunStore(external_loop / "inversion" / "models" / "runs").keys()) == 1  # the inverted bird alone
     assert "without --no-models" not in text
+
+
+def test_the_report_of_a_loop_finds_the_campaign_that_it_has_adopted(external_loop: Path, tmp_path: Path) -> None:
+    """Without it a second report would be of the inversion alone, in the place of the whole one."""
+    copied = shutil.copytree(external_loop / "inversion", tmp_path / "loop" / "inversion")
+    found = find_parts(tmp_path / "loop")
+    assert (found.doe, found.inversion) == (external_loop / "doe", copied)
+    assert "campaign" not in " ".join(found.missing)
+    options = json.loads((copied / "options.json").read_text())
+    (copied / "options.json").write_text(json.dumps({**options, "campaigns": [str(tmp_path / "gone")]}))
+    assert find_parts(tmp_path / "loop").doe is None
