@@ -13,7 +13,14 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.data.store import RunStore
 from birdstrike.doe.attempt import Simulate, Solver
 from birdstrike.doe.campaign.folder import CampaignFolder
-from birdstrike.doe.campaign.results import inactivity_sentences, load_dataset, running, settled, write_curves
+from birdstrike.doe.campaign.results import (
+    inactivity_sentences,
+    load_dataset,
+    other_scale,
+    running,
+    settled,
+    write_curves,
+)
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun, plan
 from birdstrike.doe.campaign.runner import RunCounts, Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count
@@ -73,7 +80,10 @@ def run_campaign(
     elif runner.due:
         with _pool(executor, min(count, len(runner.due))) as ready:
             runner.run(ready, solver.simulate, case, count)
-    return _finish(folder, summary, runner, say, len(solver.step_factors))
+    dataset = _finish(folder, summary, runner, say, len(solver.step_factors))
+    if case.solver.name == "external":
+        _doubt_units(dataset, runner, say)
+    return dataset
 
 
 def _pool(executor: Executor | None, workers: int) -> AbstractContextManager[Executor]:
@@ -139,3 +149,14 @@ def _finish(
     if len(failed) > NAMED_FAILURES:
         say(f"{len(failed) - NAMED_FAILURES} more runs are left out; {folder.summary} holds their reasons")
     return load_dataset(folder.path)
+
+
+def _doubt_units(dataset: Dataset, runner: Runner, say: Callable[[str], None]) -> None:
+    """Name the runs of an external solver whose output may stand in other units than the case states."""
+    for number, what in other_scale(dataset).items():
+        outcome = runner.outcomes[number]
+        assert isinstance(outcome, Finished)
+        say(
+            f"run {number}: {what}; did its output stand in other units? It is used as it is: correct the program, "
+            f"remove {outcome.store.path(outcome.key)} and run the same command again"
+        )

@@ -215,6 +215,20 @@ def test_a_run_without_a_second_attempt_has_not_failed_twice(tmp_path: Path) -> 
     assert all(" failed and is left out: " in line for line in failed)
 
 
+def test_a_run_whose_output_stands_in_other_units_is_named(tmp_path: Path) -> None:
+    """The impulse in kg m/s in place of kN ms is 1000 times as large, in the runs above 1200 Pa s."""
+    scale = "{% if viscosity > 1200 %}{% set scale = 1000 %}{% else %}{% set scale = 1 %}{% endif %}"
+    deck = scale + DECK.replace("(1.8 * velocity_normal)", "(1.8 * scale * velocity_normal)")
+    planned, said = make_design("lhs", ParameterSpace.of(oscillator(tmp_path / "case").parameters()), 6), list[str]()
+    with ThreadPoolExecutor(2) as executor:
+        case = oscillator(tmp_path / "case", deck=deck)
+        run_campaign(case, planned, tmp_path / "out", workers=2, executor=executor, say=said.append)
+    column = planned.names.index("bird.material.viscosity")
+    wrong = planned.numbers[planned.values[:, column] > 1200.0]
+    assert [line.split(":")[0] for line in said if "other units?" in line] == [f"run {number}" for number in wrong]
+    assert len(wrong)
+
+
 def test_another_deck_is_another_campaign(tmp_path: Path) -> None:
     campaign(oscillator(tmp_path / "case"), tmp_path / "out")
     time.sleep(0.01)
