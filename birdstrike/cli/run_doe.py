@@ -194,8 +194,11 @@ def _conclude(out: Path, loaded: Case, planned: int, quality: Quality) -> dict[s
     say(following("train-and-invert", out, "--measured", record, "--out", inverted, *allowed))
     if summary["failed"]:
         numbers = ", ".join(str(entry["run"]) for entry in summary["failed"])
+        again = "--retry-failed tries these again"
+        if any(entry["status"] == "pending" for entry in summary["runs"]):
+            again = "the same command repeats those that the machine ended, --retry-failed the others too"
         raise RunFailed(
             f"{len(summary['failed'])} of {planned} runs failed and are left out: run {numbers}",
-            f"their reasons stand in {out / 'summary.json'}; the others can be used; --retry-failed tries these again",
+            f"their reasons stand in {out / 'summary.json'}; the others can be used; {again}",
         )
     return {"out": str(out), "runs": planned, "finished": finished, "failed": [], "design": quality.as_json()}
