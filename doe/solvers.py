@@ -6,6 +6,11 @@ from birdstrike.doe.attempt import Simulate, Solver
 from birdstrike.solver.case.case import Case
 
 
+def simulated_by(case: Case) -> str:
+    """The program that computes the case's curves, for provenance: birdstrike, or the external solver's `version`."""
+    return case.external.version if case.solver.name == "external" and case.external is not None else "birdstrike"
+
+
 def solver_for(case: Case, embedded: Simulate | None = None) -> Solver:
     """The solver of the case's `solver`; embedded: what stands in our own solver's place.
 

@@ -85,6 +85,10 @@ def check(case: CaseSource) -> dict[str, Any]:
     inactive (erosion limits that erode nothing at their values), case_hash, and warnings (sentences about what spoils
     the answer: a coarse mesh, a bird beside the plate, an instrument later than the run). Of a target from a file with
     doubtful shells also mesh: severity, text and number of shells of each finding.
+
+    Of a case that an external solver simulates, whose steps and cost are not known: mass, density, normal_speed,
+    solver_version, case_hash, program (path of the command, None where it cannot be run here), step_factors, effects
+    (that the deck has a place for), not_carried (effect -> why not) and warnings. CaseError: its template does not fit.
     """
     from birdstrike.solver.build import rest_mesh
     from birdstrike.solver.case.case import as_case, case_hash
@@ -93,6 +97,8 @@ def check(case: CaseSource) -> dict[str, Any]:
     from birdstrike.solver.setup_warnings import setup_warnings
 
     loaded = as_case(case)
+    if loaded.solver.name == "external":
+        return _external_facts(loaded)
     check_sensors(loaded, rest_mesh(loaded))
     named = {"inactive": list(loaded.bird.material.inactive), "case_hash": case_hash(loaded)}
     found = [] if loaded.target is None else loaded.target.findings()
@@ -170,8 +176,8 @@ def _simulation(case: str, settings: list[str]) -> str:
     return following("simulate", case, *set_again(settings), "--out", "strike")
 
 
-def _check_external(given: str, case: Case, settings: list[str]) -> dict[str, Any]:
-    """What can be said of a case that somebody else's solver runs: its template fits; raises CaseError."""
+def _external_facts(case: Case) -> dict[str, Any]:
+    """What follows from a case that another program simulates, see `check`; raises CaseError."""
     from birdstrike.doe.external.deck import unsupported_by_deck
     from birdstrike.doe.external.external import program_of, unusable_scratch
     from birdstrike.doe.solvers import solver_for
@@ -179,15 +185,7 @@ def _check_external(given: str, case: Case, settings: list[str]) -> dict[str, An
     from birdstrike.solver.effects.registry import effects_of
 
     solver = solver_for(case)
-    names = ", ".join(parameter.name for parameter in case.parameters())
-    say(f"No errors. The deck's template holds every sought parameter: {names or 'none is sought'}.")
     unsupported = {name: one.refuses(case) or unsupported_by_deck(case, name) for name, one in effects_of(case).items()}
-    say(f"Effects that the deck carries: {', '.join(name for name, reason in unsupported.items() if not reason)}.")
-    for name, reason in unsupported.items():
-        if reason:
-            say(f"Not {name}: {reason}.")
-    if len(solver.step_factors) == 1:
-        say("It holds no {{ step_factor }}: a run that fails gets no second attempt with half the time step.")
     assert case.external is not None
     program, missing = program_of(case.external), list[str]()
     if program is None:
@@ -196,11 +194,34 @@ def _check_external(given: str, case: Case, settings: list[str]) -> dict[str, An
     if unusable_scratch(case.external):
         named = f'external.scratch: "{case.external.scratch}" is no folder that can be written on this machine'
         missing.append(f"{named}: simulate and run-doe fail here; make it, or leave the key out")
-    if not missing:
+    return {
+        "mass": case.bird.actual_mass,
+        "density": case.bird.actual_density,
+        "normal_speed": case.normal_speed,
+        "solver_version": solver.version,
+        "case_hash": case_hash(case),
+        "program": program,
+        "step_factors": list(solver.step_factors),
+        "effects": [name for name, reason in unsupported.items() if not reason],
+        "not_carried": {name: reason for name, reason in unsupported.items() if reason},
+        "warnings": missing,
+    }
+
+
+def _check_external(given: str, case: Case, settings: list[str]) -> dict[str, Any]:
+    """Say what follows from a case that another program simulates; raises CaseError."""
+    facts = check(case)
+    names = ", ".join(parameter.name for parameter in case.parameters())
+    say(f"No errors. The deck's template holds every sought parameter: {names or 'none is sought'}.")
+    say(f"Effects that the deck carries: {', '.join(facts['effects'])}.")
+    for name, reason in facts["not_carried"].items():
+        say(f"Not {name}: {reason}.")
+    if len(facts["step_factors"]) == 1:
+        say("It holds no {{ step_factor }}: a run that fails gets no second attempt with half the time step.")
+    if not facts["warnings"]:
         say(_simulation(given, settings))
-    warn(missing, HEARD)
-    facts = {"solver_version": solver.version, "case_hash": case_hash(case), "program": program}
-    return {**facts, "step_factors": list(solver.step_factors), "warnings": missing}
+    warn(facts["warnings"], HEARD)
+    return facts
 
 
 def _table(case: Case, facts: dict[str, Any]) -> Table:

@@ -66,13 +66,18 @@ def converge(
 def _write(out: Path, case: Case, ratio: float, found: MeshConvergence) -> None:
     from birdstrike.data.curves import write_histories
     from birdstrike.data.files import whole_file, write_json
+    from birdstrike.doe.solvers import solver_for
     from birdstrike.inversion.mesh_convergence.files import as_json, curves_of
     from birdstrike.reports.figures.convergence import convergence_figure
     from birdstrike.reports.figures.style import png
     from birdstrike.solver.case.case import case_hash
-    from birdstrike.solver.version import SOLVER_VERSION
 
-    origin = {"case": case.name, "case_hash": case_hash(case), "solver_version": SOLVER_VERSION, "ratio": ratio}
+    origin = {
+        "case": case.name,
+        "case_hash": case_hash(case),
+        "solver_version": solver_for(case).version,
+        "ratio": ratio,
+    }
     write_histories(out / "convergence.csv", curves_of(found))
     with whole_file(out / "convergence.png") as temporary:
         temporary.write_bytes(png(convergence_figure(found)))
@@ -90,7 +95,8 @@ def command(
         str,
         typer.Option(
             metavar="PLACE",
-            help="Of your own mesh: middle, finest, coarsest; auto is middle where that costs at most 10 core minutes.",
+            help="Of your own mesh: middle, finest, coarsest; auto is middle where that costs at most 10 core minutes, "
+            "else finest.",
         ),
     ] = "auto",
     workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores by default.")] = None,
@@ -126,10 +132,15 @@ def command(
 
 def _announce(meshes: list[Mesh], workers: int) -> None:
     """The meshes and what they cost, before the first run."""
+    external = meshes[0].case.solver.name == "external"
     for mesh in meshes:
         yours = "  (your mesh)" if mesh.level == 0 else ""
         shells = f"{mesh.elements[0]} x {mesh.elements[1]} shells of {1e3 * mesh.plate_spacing:.2f} mm"
-        say(f"{mesh.particles} particles at {1e3 * mesh.bird_spacing:.2f} mm, {shells}: about {mesh.cost:.1f} s{yours}")
+        cost = "" if external else f": about {mesh.cost:.1f} s"
+        say(f"{mesh.particles} particles at {1e3 * mesh.bird_spacing:.2f} mm, {shells}{cost}{yours}")
+    if external:
+        say("How long another program takes is not known; runs already there are not repeated.")
+        return
     total = sum(mesh.cost for mesh in meshes)
     longest = max(max(mesh.cost for mesh in meshes), total / min(workers, len(meshes)))
     say(

@@ -96,7 +96,8 @@ def command(
     The case says what is varied and how far (inversion.parameters). Whatever
     stops the campaign, the same command resumes it and loses at most the
     runs in flight. A run that fails is tried once more with half the
-    step, then left out by number. The folder gets design.csv, curves.csv,
+    step (by an external solver only where its deck holds step_factor), then
+    left out by number. The folder gets design.csv, curves.csv,
     projections.svg, summary.json and runs/, one file a run. It can be
     moved, and the runs/ of two campaigns merged, by copying; what it holds:
     birdstrike check FOLDER.
@@ -193,8 +194,11 @@ def _conclude(out: Path, loaded: Case, planned: int, quality: Quality) -> dict[s
     say(following("train-and-invert", out, "--measured", record, "--out", inverted, *allowed))
     if summary["failed"]:
         numbers = ", ".join(str(entry["run"]) for entry in summary["failed"])
+        again = "--retry-failed tries these again"
+        if any(entry["status"] == "pending" for entry in summary["runs"]):
+            again = "the same command repeats those that the machine ended, --retry-failed the others too"
         raise RunFailed(
             f"{len(summary['failed'])} of {planned} runs failed and are left out: run {numbers}",
-            f"their reasons stand in {out / 'summary.json'}; the others can be used; --retry-failed tries these again",
+            f"their reasons stand in {out / 'summary.json'}; the others can be used; {again}",
         )
     return {"out": str(out), "runs": planned, "finished": finished, "failed": [], "design": quality.as_json()}

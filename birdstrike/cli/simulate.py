@@ -123,18 +123,26 @@ def write_simulation(out: Path, histories: Histories, pictured: Case | None = No
 def write_record(path: Path, case: Case, histories: Histories, seed: int) -> None:
     """The histories as a record: what the case's sensors would have seen, their noise included and stated."""
     from birdstrike.data.curves import Measured, write_measured
-    from birdstrike.doe.solvers import solver_for
     from birdstrike.solver.case.effects import stated
     from birdstrike.solver.sensors.instrument import with_noise
 
     noisy = with_noise(histories, case.sensors, seed)
     sigma = {name: np.full(len(noisy.time), sensor.noise) for name, sensor in case.sensors.items() if sensor.noise}
     provenance = (
-        f"SIMULATED by birdstrike (solver {solver_for(case).version}) from case {case.name}, NOT MEASURED.",
+        f"SIMULATED by {_program(case)} from case {case.name}, NOT MEASURED.",
         f"White noise of the sensors' own sigma was added, seed {seed}.",
         *(f"Of the case: {line}." for line in stated(case)),
     )
     write_measured(path, Measured(noisy.time, noisy.channels, sigma, noisy.units, provenance))
+
+
+def _program(case: Case) -> str:
+    """Who computed the curves, and in which version: provenance must not call another program's curves ours."""
+    from birdstrike.doe.solvers import simulated_by, solver_for
+
+    program = simulated_by(case)
+    external = case.solver.name == "external"
+    return f"{program}, run by birdstrike," if external else f"{program} (solver {solver_for(case).version})"
 
 
 def _table(case: Case, histories: Histories) -> Table:
@@ -145,7 +153,8 @@ def _table(case: Case, histories: Histories) -> Table:
     summary = histories.summary
     called = {"particles": pieces(case), "shells": "shells", "steps": "steps"}
     counts = [f"{summary[key]:,} {name}" for key, name in called.items() if isinstance(summary.get(key), int)]
-    table.add_row("size", ", ".join(counts))
+    if counts:  # an external solver's output does not tell
+        table.add_row("size", ", ".join(counts))
     for key, label in (("energy_error", "energy off by"), ("momentum_error", "momentum off by")):
         if isinstance(value := summary.get(key), float):
             table.add_row(

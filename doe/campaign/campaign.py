@@ -13,7 +13,14 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.data.store import RunStore
 from birdstrike.doe.attempt import Simulate, Solver
 from birdstrike.doe.campaign.folder import CampaignFolder
-from birdstrike.doe.campaign.results import inactivity_sentences, load_dataset, running, settled, write_curves
+from birdstrike.doe.campaign.results import (
+    inactivity_sentences,
+    load_dataset,
+    other_scale,
+    running,
+    settled,
+    write_curves,
+)
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun, plan
 from birdstrike.doe.campaign.runner import RunCounts, Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count
@@ -50,10 +57,11 @@ def run_campaign(
     claimed: called once the folder is this campaign's. progress: called at every change. say: takes what the user
     should know, one line at a time.
 
-    A run that fails is tried again with half the time step, then left out by number; its reason stands in
-    summary.json. Raises UserError (the folder holds another campaign, the case refuses a run) and RunFailed (no run
-    finished, a worker died); after either, and after Ctrl-C or a kill, the same call resumes. A longer design that
-    begins with the held rows (one of doe.campaign.planned, a file with rows appended) extends the campaign.
+    A run that fails is tried again with half the time step where the solver takes one (an external solver's deck need
+    not), then left out by number; its reason stands in summary.json. Raises UserError (the folder holds another
+    campaign, the case refuses a run) and RunFailed (no run finished, a worker died); after either, and after Ctrl-C
+    or a kill, the same call resumes. A longer design that begins with the held rows (one of doe.campaign.planned, a
+    file with rows appended) extends the campaign.
     """
     count = worker_count(workers)
     solver = solver_for(case, simulate)
@@ -72,7 +80,10 @@ def run_campaign(
     elif runner.due:
         with _pool(executor, min(count, len(runner.due))) as ready:
             runner.run(ready, solver.simulate, case, count)
-    return _finish(folder, summary, runner, say)
+    dataset = _finish(folder, summary, runner, say, len(solver.step_factors))
+    if case.solver.name == "external":
+        _doubt_units(dataset, runner, say)
+    return dataset
 
 
 def _pool(executor: Executor | None, workers: int) -> AbstractContextManager[Executor]:
@@ -118,7 +129,10 @@ def _announce(
         )
 
 
-def _finish(folder: CampaignFolder, summary: dict[str, object], runner: Runner, say: Callable[[str], None]) -> Dataset:
+def _finish(
+    folder: CampaignFolder, summary: dict[str, object], runner: Runner, say: Callable[[str], None], attempts: int
+) -> Dataset:
+    """Curves, summary and Dataset; attempts: how often a run that failed was tried."""
     outcomes = dict(sorted(runner.outcomes.items()))
     finished = {number: outcome for number, outcome in outcomes.items() if isinstance(outcome, Finished)}
     failed = {number: outcome for number, outcome in outcomes.items() if isinstance(outcome, Failed)}
@@ -130,8 +144,19 @@ def _finish(folder: CampaignFolder, summary: dict[str, object], runner: Runner, 
         remedy = "run the same command again" if first.due else "check the case"
         raise RunFailed(f"none of the {len(failed)} runs finished; run {number}: {first.reason}", remedy)
     for number, outcome in list(failed.items())[:NAMED_FAILURES]:
-        what = "was ended by the machine" if outcome.due else "failed twice"
+        what = "was ended by the machine" if outcome.due else "failed twice" if attempts > 1 else "failed"
         say(f"run {number} {what} and is left out: {outcome.reason}")
     if len(failed) > NAMED_FAILURES:
         say(f"{len(failed) - NAMED_FAILURES} more runs are left out; {folder.summary} holds their reasons")
     return load_dataset(folder.path)
+
+
+def _doubt_units(dataset: Dataset, runner: Runner, say: Callable[[str], None]) -> None:
+    """Name the runs of an external solver whose output may stand in other units than the case states."""
+    for number, what in other_scale(dataset).items():
+        outcome = runner.outcomes[number]
+        assert isinstance(outcome, Finished)
+        say(
+            f"run {number}: {what}; did its output stand in other units? It is used as it is: correct the program, "
+            f"remove {outcome.store.path(outcome.key)} and run the same command again"
+        )

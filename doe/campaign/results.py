@@ -18,6 +18,7 @@ from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.out_folder import maker_of
+from birdstrike.data.units import display
 from birdstrike.doe.campaign.folder import CampaignFolder, design_text, file_digest, rows_digest, space_json
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
 from birdstrike.doe.designs.design import Design
@@ -83,6 +84,32 @@ def inactive_runs(design: Design, runs: Iterable[PlannedRun]) -> dict[str, int]:
     """Number of runs in which a varied erosion limit erodes nothing, by its dotted key, where there are any."""
     counts = Counter(name for run in runs for name in run.inactive)
     return {name: counts[name] for name in design.names if counts[name]}
+
+
+OTHER_SCALE = 100.0
+"""Factor between the largest reading of a run and that of the median run, beyond which units are in doubt."""
+
+
+def other_scale(dataset: Dataset) -> dict[int, str]:
+    """Run -> what makes one doubt its units: a largest reading far from the median run's; {} for none.
+
+    Readings that are 0 throughout are left alone: a bird may pass beside a sensor.
+    """
+    found: dict[int, str] = {}
+    for name, curves in dataset.curves.items():
+        peaks = np.max(np.abs(curves), axis=1)
+        middle, unit = float(np.median(peaks)), dataset.channel_units[name]
+        for number, peak in zip(dataset.runs, peaks, strict=True):
+            if peak > 0.0 and middle > 0.0 and not 1.0 / OTHER_SCALE < peak / middle < OTHER_SCALE:
+                found[int(number)] = (
+                    f"its largest {name} is {_read(peak, unit)}, the median run's {_read(middle, unit)}"
+                )
+    return found
+
+
+def _read(value: float, unit: str) -> str:
+    number, shown = display(float(value), unit)
+    return f"{number:.3g} {shown}".strip()
 
 
 def inactivity_sentences(design: Design, runs: Sequence[PlannedRun]) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import CaseError
@@ -17,7 +18,7 @@ def missing_in_deck(case: Case, changed: Case) -> tuple[str, ...]:
     """Dotted keys in which two cases differ and for which the deck has no place; none: all have one.
 
     Our own solver has a place for every key. A key has one where another value of it alone changes the filled template:
-    through whatever arithmetic, condition or component of the velocity.
+    through whatever arithmetic, condition or component of the velocity. Each entry of a list needs a place of its own.
     """
     if case.solver.name != "external":
         return ()
@@ -26,9 +27,27 @@ def missing_in_deck(case: Case, changed: Case) -> tuple[str, ...]:
     return tuple(
         name
         for key in _changed_keys(case, changed)
-        if _text(case, _with(before, after, key)) == deck
-        for name in _spelt(after, key)
+        for entry in _entries(before, after, key)
+        if _text(case, _with(before, after, key, entry)) == deck
+        for name in _spelt(after, key, entry)
     )
+
+
+def has_place(case: Case, key: str, value: Any) -> bool:
+    """Whether the deck of an external solver has a place for a dotted key: another `value` of it changes the deck."""
+    values = case_values(case)
+    return _text(case, _replaced(values, key.split("."), value)) != filled(case, values)
+
+
+def refuse_missing_in_deck(case: Case, changed: Case) -> None:
+    """Raise CaseError where the deck of `case` cannot become that of `changed`: it would be run as it is."""
+    if missing := missing_in_deck(case, changed):
+        raise CaseError(f"the deck of {_template_of(case)} has no place for {', '.join(missing)}")
+
+
+def _template_of(case: Case) -> str:
+    assert case.external is not None
+    return Path(case.external.template).name
 
 
 def unsupported_by_deck(case: Case, name: str) -> str:
@@ -69,14 +88,28 @@ def _same(one: Any, other: Any) -> bool:
     return one == other
 
 
-def _with(before: Mapping[str, Any], after: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    """The values before with those after under one key.
+def _entries(before: Mapping[str, Any], after: Mapping[str, Any], key: str) -> Iterator[int | None]:
+    """Entries in which two lists of one length differ; None: the whole value. A direction is one thing."""
+    old, new = at(before, key), at(after, key)
+    lists = isinstance(old, list | tuple) and isinstance(new, list | tuple) and len(old) == len(new)
+    if not lists or key == "impact.direction":
+        yield None
+        return
+    yield from (i for i, (one, other) in enumerate(zip(old, new, strict=True)) if not _same(one, other))
+
+
+def _with(before: Mapping[str, Any], after: Mapping[str, Any], key: str, entry: int | None) -> Mapping[str, Any]:
+    """The values before with those after under one key, or in one entry of the list under it.
 
     Another density is also another mass of the same bird, another angle also the slope of a direction.
     """
     if key == "impact.angle":
         before = _replaced(before, ["impact", "direction"], after["impact"]["direction"])
-    changed = _replaced(before, key.split("."), at(after, key))
+    value = at(after, key)
+    if entry is not None:
+        value = [*at(before, key)]
+        value[entry] = at(after, key)[entry]
+    changed = _replaced(before, key.split("."), value)
     if key != "bird.density":
         return changed
     mass = before["bird"]["mass"] * after["bird"]["density"] / before["bird"]["density"]
@@ -103,9 +136,12 @@ def _text(case: Case, values: Mapping[str, Any]) -> str | None:
         return None
 
 
-def _spelt(after: Mapping[str, Any], key: str) -> Iterator[str]:
-    """The key, or where a table stands under it the keys of what that states."""
+def _spelt(after: Mapping[str, Any], key: str, entry: int | None) -> Iterator[str]:
+    """The key, with the list's entry as a template names it; of a table the keys of what it states."""
     value = at(after, key)
+    if entry is not None:
+        yield f"{key}[{entry}]"
+        return
     if not isinstance(value, Mapping):
         yield key
         return

@@ -183,7 +183,8 @@ def _refuse_unknown_stretch(file: str, time: Array, interval: float, end: float)
         )
     if time[-1] < end - slack:
         raise RunFailed(
-            f"{file} ends at {1e3 * time[-1]:.4g} ms, before time.end = {1e3 * end:.4g} ms by more than {told}"
+            f"{file} ends at {1e3 * time[-1]:.4g} ms, before time.end = {1e3 * end:.4g} ms by more than {told}: did "
+            "the solver stop early, or is time_unit another one?"
         )
     longest = int(np.argmax(np.diff(time)))
     if time[longest + 1] - time[longest] > LONGEST_GAP * slack:

@@ -72,10 +72,22 @@ def filled(case: Case, values: Mapping[str, Any], step_factor: float = 1.0) -> s
         return _template(path).render(placeholders(case, values) | {"step_factor": step_factor})
     except jinja2.TemplateSyntaxError as error:
         raise CaseError(f"{path}, line {error.lineno}: {error.message}") from error
+    except jinja2.UndefinedError as error:
+        raise CaseError(f"{path}{_line(error)}: {error}; {_known_names(case)}") from error
     except (jinja2.TemplateError, UnitError, TypeError, ZeroDivisionError) as error:
         raise CaseError(f"{path}{_line(error)}: {error}") from error
     except UnicodeDecodeError as error:
         raise CaseError(f"{path} is not UTF-8 text: {error}") from error
+
+
+def _known_names(case: Case) -> str:
+    """What a template of the case may name, for one that names something else."""
+    sought = ", ".join(name.rsplit(".", 1)[-1] for name in case.inversion.parameters)
+    short = f"the last word of what it seeks ({sought})" if sought else "no short name, since it seeks nothing"
+    return (
+        f"a template may name the whole keys of the case {case.name} in {', '.join(sorted(NAMED))}, such as "
+        f"bird.material.viscosity, and {short}"
+    )
 
 
 def case_values(case: Case) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
+from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
 from birdstrike.inversion.diagnosis.answer import (
     SIMULATION_SCATTER,
@@ -389,6 +390,13 @@ class Pipeline:
                 "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "
                 "that only effects larger than the model error can be named; fire a shot in which nothing is changed "
                 "and pass it with --baseline"
+            )
+        case = self.shots[0].setup.plan.case
+        if not self.baselines.shots and case.solver.name == "external":
+            found.append(
+                f"{simulated_by(case)} is run on the declared mesh alone: its discretisation error is not measured and "
+                "may be taken for an effect; compare with a finer mesh by hand, or pass a shot in which nothing is "
+                "changed with --baseline, which shows it"
             )
         return [*found, *self._of_birds(ranking)]
 

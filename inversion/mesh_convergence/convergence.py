@@ -81,10 +81,11 @@ def run_meshes(
     if runner.due:
         with nullcontext(executor) if executor is not None else process_pool(min(workers, len(runner.due))) as pool:
             runner.run(pool, solver.simulate, meshes[0].case, workers)
-    return _all_finished(meshes, [runner.outcomes[i] for i in range(len(meshes))])
+    return _all_finished(meshes, [runner.outcomes[i] for i in range(len(meshes))], len(solver.step_factors))
 
 
-def _all_finished(meshes: Sequence[Mesh], outcomes: Sequence[Finished | Failed]) -> tuple[Finished, ...]:
+def _all_finished(meshes: Sequence[Mesh], outcomes: Sequence[Finished | Failed], attempts: int) -> tuple[Finished, ...]:
+    at_half = ", at half the step too" if attempts > 1 else ""
     failed = [
         f"{mesh.particles} particles, {mesh.elements[0]} x {mesh.elements[1]} shells: {outcome.reason}"
         for mesh, outcome in zip(meshes, outcomes, strict=True)
@@ -92,7 +93,7 @@ def _all_finished(meshes: Sequence[Mesh], outcomes: Sequence[Finished | Failed])
     ]
     if failed:
         raise RunFailed(
-            f"{len(failed)} of {len(meshes)} meshes failed, at half the step too: {'; '.join(failed)}",
+            f"{len(failed)} of {len(meshes)} meshes failed{at_half}: {'; '.join(failed)}",
             "the other runs are kept; choose other meshes with --place, --ratio or a finer mesh of your own",
         )
     return tuple(outcome for outcome in outcomes if isinstance(outcome, Finished))

@@ -11,7 +11,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.run import Finished
 from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
 from birdstrike.inversion.mesh_convergence.grid_convergence import CurveConvergence, GridConvergence
-from birdstrike.inversion.mesh_convergence.meshes import Mesh
+from birdstrike.inversion.mesh_convergence.meshes import Mesh, not_refined
 from birdstrike.inversion.mesh_convergence.scalars import Scalar
 from birdstrike.inversion.misfit import rms
 
@@ -80,6 +80,11 @@ def _curve_json(found: MeshConvergence, name: str, curve: CurveConvergence) -> d
 def warnings_of(found: MeshConvergence) -> list[str]:
     """What makes the study say less than it seems to."""
     lines = []
+    if kept := not_refined(found.meshes[0].case):
+        lines.append(
+            f"the deck has no place for {kept[0]}, which all meshes have alike: its share of the error is in neither "
+            "order nor index; give it a place, or vary it by hand"
+        )
     halved = [mesh.particles for mesh, run in zip(found.meshes, found.runs, strict=True) if run.step_factor != 1.0]
     if halved:
         lines.append(f"the mesh of {halved[0]} particles needed half the time step: not spacing alone differs")

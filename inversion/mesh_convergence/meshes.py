@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
+from birdstrike.doe.external.deck import has_place
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.estimate import estimate
 
@@ -49,8 +50,9 @@ class Mesh:
 def choose_meshes(case: Case, ratio: float, count: int, place: str = "auto") -> list[Mesh]:
     """`count` meshes of the case, finest first; place: of the user's own among them.
 
-    auto is "middle" while the whole study is estimated at 10 minutes of one core or less, else "finest". Raises
-    UserError for a ratio or count outside its range and for a mesh that leaves the range of a case.
+    auto is "middle" while the whole study is estimated at 10 minutes of one core or less, else "finest", as with an
+    external solver, whose cost is not known. Raises UserError for a ratio or count outside its range, for a mesh that
+    leaves the range of a case and for an external solver whose deck names no mesh.
     """
     if not 1.1 <= ratio <= 2.0:
         raise UserError(f"--ratio = {ratio:g} is outside 1.1 .. 2; 1.3 is the usual one")
@@ -64,10 +66,31 @@ def choose_meshes(case: Case, ratio: float, count: int, place: str = "auto") -> 
         )
     if place not in PLACES:
         raise UserError(f"--place = {place} is unknown; known: {', '.join(PLACES)}")
+    _refuse_one_deck(case)
     if place == "auto":
         middle = _meshes(case, ratio, count, 1)
-        return middle if sum(mesh.cost for mesh in middle) <= AFFORDABLE_S else _meshes(case, ratio, count, 0)
+        known = case.solver.name != "external"
+        affordable = known and sum(mesh.cost for mesh in middle) <= AFFORDABLE_S
+        return middle if affordable else _meshes(case, ratio, count, 0)
     return _meshes(case, ratio, count, {"middle": 1, "finest": 0, "coarsest": count - 1}[place])
+
+
+def not_refined(case: Case) -> tuple[str, ...]:
+    """Keys of the mesh for which an external solver's deck has no place; none for our own solver."""
+    if case.solver.name != "external":
+        return ()
+    finer = {"bird.particles": 2 * case.bird.particles, "plate.elements": [2 * n for n in case.plate.elements]}
+    return tuple(key for key, value in finer.items() if not has_place(case, key, value))
+
+
+def _refuse_one_deck(case: Case) -> None:
+    """Raise UserError where all meshes would have the same deck: their differences, 0, would pass for convergence."""
+    if len(not_refined(case)) == 2:
+        raise UserError(
+            f"the deck of {case.name} has no place for bird.particles and plate.elements, so that all meshes "
+            "would be one simulation: write {{ bird.particles }} and {{ plate.elements[0] }} in its template where the "
+            "mesh is made, for instance by a mesher in external.command, or refine the mesh by hand and compare"
+        )
 
 
 def _meshes(case: Case, ratio: float, count: int, finest: int) -> list[Mesh]:

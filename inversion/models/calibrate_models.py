@@ -16,6 +16,7 @@ from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
 from birdstrike.doe.campaign.run import retry_before
+from birdstrike.doe.external.deck import refuse_missing_in_deck
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
 from birdstrike.inversion.formatting import many
@@ -217,6 +218,17 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
     return tuple(ShotSetup(name, *shot) for name, shot in zip(names, shots, strict=True))
 
 
+def _refuse_other_deck(chosen: Candidate, own: Case, case: Case | None) -> None:
+    """Raise CaseError where an external solver's deck cannot carry the model: another bird would be simulated."""
+    if case is None or own.solver.name != "external":
+        return
+    try:
+        refuse_missing_in_deck(own, case)
+        solver_for(case)
+    except CaseError as error:
+        raise CaseError([f"--models {chosen.name}: {line}" for line in error.errors]) from error
+
+
 def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[ShotSetup]) -> None:
     """Every case with every model and its record, before the first simulation; raises UserError with all that is
     wrong."""
@@ -226,7 +238,8 @@ def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[Shot
         for setup in setups:
             try:
                 cases.append(calibrated_case(one, setup.case))
-                literature_case(one, setup.case)
+                for case in (cases[-1], literature_case(one, setup.case)):
+                    _refuse_other_deck(one, setup.case, case)
             except (UserError, CaseError) as error:
                 errors += error.errors
         try:

@@ -18,6 +18,7 @@ from birdstrike.data.units import quantity_text
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
 from birdstrike.doe.campaign.runner import RunCounts, Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count
+from birdstrike.doe.external.deck import refuse_missing_in_deck
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
 from birdstrike.reports.comparison.clock import best_offset
@@ -81,8 +82,19 @@ def _found(outcome: Finished | Failed) -> tuple[Histories | None, str]:
 
 
 def _standard(results: Results, shipped: str) -> Case | CaseError:
-    """The user's case with a shipped case's bird material, or why the two do not go together."""
-    return _pictured(results, {"bird": {"material": read_case(shipped)["bird"]["material"]}})
+    """The user's case with a shipped case's bird material, or why the two do not go together.
+
+    An external solver simulates it only where its deck has a place for all that the material changes: else the curve
+    would be that of the case's own bird under another name.
+    """
+    table: dict[str, object] = {"bird": {"material": read_case(shipped)["bird"]["material"]}}
+    try:
+        case = results.case.overlaid(table)
+        refuse_missing_in_deck(results.case, case)
+        solver_for(case, forward.simulate)
+    except CaseError as error:
+        return error
+    return _pictured(results, table)
 
 
 def _inverted(results: Results) -> Case | CaseError:

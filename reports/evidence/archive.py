@@ -13,6 +13,7 @@ from typing import Any
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import plain, read_json, whole_file
+from birdstrike.doe.solvers import simulated_by, solver_for
 from birdstrike.reports.evidence.sources import CAMPAIGN_FILES, Sources, find_sources, repeat_line, repeat_words
 from birdstrike.reports.evidence.summary import summary_page
 from birdstrike.reports.evidence.verification_rows import Aspect, aspects, read_rows
@@ -68,7 +69,9 @@ def write_evidence(
     digests = {name: hashlib.sha256(content).hexdigest() for name, content in entries.items()}
     versions = {"birdstrike": installed("birdstrike"), "Python": platform.python_version()}
     versions |= {name: installed(name) for name in LIBRARIES}
-    entries[CHECKS] = _json({"solver_version": SOLVER_VERSION, "aspects": [one.figures() for one in found]})
+    entries[CHECKS] = _json(
+        {"solver_version": solver_for(sources.case).version, "aspects": [one.figures() for one in found]}
+    )
     entries[PAGE] = summary_page(sources, found, digests, versions).encode()
     entries["repeat.sh"] = (
         f"#!/bin/sh\n# Repeats the calibration in this folder.\nset -e\n{repeat_line(sources)}\n".encode()
@@ -87,6 +90,8 @@ def _with_points(sources: Sources, more: Sequence[str]) -> Sources:
 
 def _checks(sources: Sources, given: Path | None) -> tuple[tuple[Aspect, ...], list[str]]:
     """Aspects of the case with their rows, and what to know of the page that they come from."""
+    if sources.case.solver.name == "external":
+        return (), _external_points(sources.case)
     root = Path(__file__).resolve().parents[2]
     page = next(
         (one for one in (given, Path("VERIFICATION.md"), root / "VERIFICATION.md") if one and one.is_file()), None
@@ -103,6 +108,18 @@ def _checks(sources: Sources, given: Path | None) -> tuple[tuple[Aspect, ...], l
             "birdstrike verify"
         )
     return aspects(sources.case, rows), points
+
+
+def _external_points(case: Case) -> list[str]:
+    """What the archive cannot hold or vouch for where another program simulates the case."""
+    program, external = simulated_by(case), case.external
+    assert external is not None
+    return [
+        f"the curves are those of {program}: VERIFICATION.md checks birdstrike's own solver and says nothing of it; "
+        "add evidence of your own",
+        f"{program} is not in this archive: to repeat the calibration, install it where external.command of the cases "
+        f"finds it ({' '.join(external.command)})",
+    ]
 
 
 def _entries(sources: Sources, runs: bool) -> Iterator[tuple[str, bytes]]:
@@ -170,7 +187,7 @@ def _manifest(sources: Sources, entries: dict[str, bytes], versions: dict[str, s
     return {
         "case": sources.case.name,
         "case_hash": case_hash(sources.case),
-        "solver_version": SOLVER_VERSION,
+        "solver_version": solver_for(sources.case).version,
         "campaigns": [
             {
                 "case_hash": one.get("case_hash"),

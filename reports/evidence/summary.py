@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from birdstrike.data.files import read_json
+from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.formatting import flight, quantity, span
 from birdstrike.reports.evidence.sources import Sources, repeat_line
 from birdstrike.reports.evidence.verification_rows import Aspect
-from birdstrike.solver.case.case import case_hash
+from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.case.effects import stated
 from birdstrike.solver.version import SOLVER_VERSION
 
@@ -75,13 +76,20 @@ def _inputs(sources: Sources, digests: Mapping[str, str]) -> Iterator[str]:
     kind = "SIMULATED, NOT MEASURED" if sources.answer.measured.simulated else "measured"
     for record in sources.records:
         yield f"- Record {record.name} ({kind}), SHA-256 {digests[f'records/{record.name}']}"
-    yield f"- Case {sources.case.name}, hash {case_hash(sources.case)}; solver {SOLVER_VERSION} (digest of its sources)"
+    yield f"- Case {sources.case.name}, hash {case_hash(sources.case)}; {_solver(sources.case)}"
     for number, campaign in enumerate(sources.campaigns, 1):
         summary = read_json(campaign / "summary.json")
         design = summary.get("design", {})
         made = f"design {design.get('kind')}, {design.get('runs')} runs, seed {design.get('seed')}"
         yield f"- Campaign {number}: {made}, solver {summary.get('solver_version')}"
     yield f"- Seed of the inversion {sources.answer.seed}; {sources.answer.runs_used} runs used"
+
+
+def _solver(case: Case) -> str:
+    """The solver of the case: our own by the digest of its sources, another by the version that the case states."""
+    if case.solver.name == "external":
+        return f"solver {simulated_by(case)}, an external program (version as the case states it)"
+    return f"solver {SOLVER_VERSION} (digest of its sources)"
 
 
 def _validity(sources: Sources) -> Iterator[str]:
@@ -102,7 +110,7 @@ def _validity(sources: Sources) -> Iterator[str]:
 
 def _checks(found: Sequence[Aspect]) -> Iterator[str]:
     if not found:
-        yield "None: the verification page was not there (see the open points)."
+        yield "None (see the open points)."
     for one in found:
         verdicts = [row.verdict for row in one.rows]
         judged = f"{verdicts.count('within')} rows within their tolerance, {verdicts.count('beyond')} beyond"

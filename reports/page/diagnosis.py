@@ -50,6 +50,6 @@ def page(results: DiagnosisResults) -> str:
     record = ", ".join(results.curves)
     return rendered(
         title=f"Diagnosis of {record}",
-        subtitle=f"{results.found.provenance}; every model curve is simulated by birdstrike.",
+        subtitle=f"{results.found.provenance}; every model curve is simulated by {results.program}.",
         sections=made,
     )

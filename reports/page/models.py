@@ -11,6 +11,7 @@ from birdstrike.inversion.formatting import provenance
 from birdstrike.inversion.models.results import read_comparison
 from birdstrike.reports.figures.switches import CALIBRATED, COLOURS, PUBLISHED, RECORD
 from birdstrike.reports.page.render import rendered
+from birdstrike.reports.results.measurement import program_in
 from birdstrike.reports.sections.calibrated_models import (
     ModelsResults,
     answer_section,
@@ -30,7 +31,8 @@ def read_models(folder: Path) -> ModelsResults:
     shots = list(content["speeds"])
     records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in shots}
     curves = {what: {s: _curves(folder, what, s, content["models"]) for s in shots} for what in (CALIBRATED, PUBLISHED)}
-    return ModelsResults(content, records, curves[CALIBRATED], curves[PUBLISHED])
+    program = program_in(folder / next(iter(content["models"])) / shots[0])
+    return ModelsResults(content, records, curves[CALIBRATED], curves[PUBLISHED], program)
 
 
 def _curves(folder: Path, what: str, shot: str, names: dict[str, object]) -> dict[str, Histories]:
@@ -51,7 +53,7 @@ def page(results: ModelsResults) -> str:
     known = provenance(list(results.records), simulated)
     return rendered(
         title=f"Bird models calibrated to {len(results.records)} shot{'s' if len(results.records) > 1 else ''}",
-        subtitle=f"{known}; every model curve is simulated by birdstrike.",
+        subtitle=f"{known}; every model curve is simulated by {results.program}.",
         sections=[make(results) for make in SECTIONS],
         switches=[{"key": k, "title": v, "colour": COLOURS[k], "dashes": "none"} for k, v in SWITCHES.items()],
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from birdstrike.data.files import write_atomically
+from birdstrike.doe.solvers import simulated_by
 from birdstrike.reports.blocks import Picture, Section
 from birdstrike.reports.comparison.models import run_models
 from birdstrike.reports.explore.explore import PAGE as EXPLORE
@@ -13,7 +14,7 @@ from birdstrike.reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECOR
 from birdstrike.reports.page.diagnosis import SECTIONS as DIAGNOSIS_SECTIONS
 from birdstrike.reports.page.diagnosis import in_report
 from birdstrike.reports.page.render import rendered
-from birdstrike.reports.results.measurement import origin, short_name
+from birdstrike.reports.results.measurement import origin, program_in, short_name
 from birdstrike.reports.results.parts import Parts, find_parts
 from birdstrike.reports.results.reading import read_campaign, read_inversion, read_results
 from birdstrike.reports.results.results import Results, titled
@@ -139,7 +140,8 @@ def write_part_page(
     if progress:
         progress(1.0)
     shown = [part for part, there in zip(PARTS, (parts.inversion, parts.diagnosis, parts.doe), strict=True) if there]
-    subtitle = "Every model curve is simulated by birdstrike."
+    source = next(place for place in (parts.inversion, parts.diagnosis, parts.doe) if place is not None)
+    subtitle = f"Every model curve is simulated by {program_in(source)}."
     title = f"Bird strike {name}: {' and '.join(shown)}"
     write_atomically(path, rendered(title, subtitle, [*made, missing_section(parts)]))
     return path, findings
@@ -175,7 +177,7 @@ def page(
     beside: str = "",
 ) -> str:
     """The page as HTML text; nothing in it points outside. beside: name of the page of `explore`, to link to."""
-    sections: list[Section] = []
+    sections, program = list[Section](), simulated_by(results.case)
     for done, make in enumerate(makers, 1):
         if (section := make(results)) is not None:
             sections.append(section)
@@ -183,7 +185,7 @@ def page(
             progress(done / len(makers))
     return rendered(
         title=f"Bird strike {results.case_name}: parameters from the record {short_name(results.record)}",
-        subtitle=f"The record is {origin(results.record)}; every model curve is simulated by birdstrike.",
+        subtitle=f"The record is {origin(results.record)}; every model curve is simulated by {program}.",
         sections=sections,
         switches=switches(results, sections),
         beside=beside,

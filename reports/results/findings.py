@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
 from birdstrike.reports.results.measurement import RecordPosition, origin, peak, record_position, residual, short_name
 from birdstrike.reports.results.results import CampaignResults, InversionResults, Results, RunSummary
@@ -216,29 +214,41 @@ def balance(results: CampaignResults) -> str:
     energy, momentum = (worst_entry(results, key) for key in ("energy_error", "momentum_error"))
     seconds = sum(float(entry["wall_s"]) for entry in results.summaries.values())
     failed = f", {len(results.failures)} more failed" if results.failures else ""
+    used = f"Energy balance: {len(results.summaries)} simulations used{failed}"
+    cost = f"{seconds / 60:.2g} minutes of solver time."
+    if energy is None or momentum is None:
+        return f"{used}, {NO_BALANCE}; {cost}"
     return (
-        f"Energy balance: {len(results.summaries)} simulations used{failed}, worst energy error {percent(energy)} of "
+        f"{used}, worst energy error {percent(energy)} of "
         f"the initial normal kinetic energy ({worst_run(results, 'energy_error')}), worst momentum error "
-        f"{momentum:.0e} of the bird's momentum; "
-        f"{seconds / 60:.2g} minutes of solver time."
+        f"{momentum:.0e} of the bird's momentum; {cost}"
     )
 
 
-def worst_entry(results: CampaignResults, key: str) -> float:
+NO_BALANCE = "errors of energy and momentum not known: an external solver's are not read, look into its own output"
+
+
+def worst_entry(results: CampaignResults, key: str) -> float | None:
     """Largest magnitude of one entry in the summaries of the campaign's and the verification runs."""
     return largest(results.summaries, key)
 
 
-def largest(summaries: Mapping[str, RunSummary], key: str) -> float:
-    """Largest magnitude of one entry in runs' summaries."""
-    return float(np.max(np.abs([float(summary[key]) for summary in summaries.values()])))
+def largest(summaries: Mapping[str, RunSummary], key: str) -> float | None:
+    """Largest magnitude of one entry in runs' summaries; None where no run states it, as an external solver's do."""
+    return max((abs(value) for value in _stated(summaries, key).values()), default=None)
 
 
 def worst_run(results: CampaignResults, key: str) -> str:
-    """The run with the largest magnitude of one entry, and whether it left the smooth regime."""
-    label = max(results.summaries, key=lambda name: abs(float(results.summaries[name][key])))
+    """The run with the largest magnitude of an entry that some run states, and whether it left the smooth regime."""
+    values = _stated(results.summaries, key)
+    label = max(values, key=lambda name: abs(values[name]))
     rough = {f"run {number}" for number in results.dataset.runs[~results.dataset.smooth]}
     return f"{label}, which lost over 5 % of the bird" if label in rough else label
+
+
+def _stated(summaries: Mapping[str, RunSummary], key: str) -> dict[str, float]:
+    """One entry of the runs that state it, by their labels."""
+    return {label: float(summary[key]) for label, summary in summaries.items() if summary.get(key) is not None}
 
 
 def key_figures(results: Results) -> dict[str, object]:

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.histories import Array
+from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.observations.prior_predictive import ENVELOPE_SIGMAS
 from birdstrike.reports.results.results import InversionResults, Results
+from birdstrike.solver.case.case import load_case
 
 _MADE_BY = re.compile(r"SIMULATED\s*(?:\(\s*(?:by\s+)?|(?:by|with)\s+)([^(),;:]+)")
 
@@ -23,6 +25,12 @@ def origin(record: Measured) -> str:
         return "measured"
     made_by = next((found[1].strip() for line in record.provenance if (found := _MADE_BY.search(line))), "")
     return f"simulated by {made_by}" if made_by else "simulated, see its provenance"
+
+
+def program_in(folder: Path) -> str:
+    """The program that simulated what a folder of results holds: that of its case; birdstrike where it holds none."""
+    case = folder / "case.toml"
+    return simulated_by(load_case(case)) if case.is_file() else "birdstrike"
 
 
 def short_name(record: Measured) -> str:

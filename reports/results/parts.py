@@ -40,7 +40,8 @@ def find_parts(
     """Parts in a loop's folder, or of a campaign's, an inversion's or a diagnosis' own folder; raises UserError.
 
     doe, diagnosis: where those lie, if elsewhere. The campaign of an inversion's own folder is looked for beside it: it
-    is the only one with the same case hash. makers: commands whose folders the errors ask for.
+    is the only one with the same case hash. A loop without one of its own has the one that its inversion was given,
+    where that still lies there. makers: commands whose folders the errors ask for.
     """
     if folder.is_file():
         raise UserError(f"{folder} is a file; give the folder that close-the-loop, run-doe or train-and-invert made")
@@ -64,8 +65,8 @@ def find_parts(
     if inverted is not None and diagnosis is not None:
         _check_of_one_case(inverted, diagnosis)
     campaign = doe or _first((folder, folder / "doe"), CAMPAIGN_FILES)
-    if campaign is None and inverted == folder:
-        campaign = _campaign_beside(folder)
+    if campaign is None and inverted is not None:
+        campaign = _campaign_beside(folder) if inverted == folder else _campaign_given(inverted)
     found = Parts(folder, campaign, inverted, diagnosis or _first((folder, folder / "diagnosis"), DIAGNOSIS_FILES))
     missing = tuple(_missing(found))
     if found.doe is None and found.inversion is None and found.diagnosis is None:
@@ -100,6 +101,22 @@ def _check_of_one_case(inversion: Path, diagnosis: Path) -> None:
             f"{wanted}); give a diagnosis of the same case, or leave --diagnosis out: birdstrike report {diagnosis} "
             "shows it by itself"
         )
+
+
+def _campaign_given(inversion: Path) -> Path | None:
+    """The one finished campaign that a loop's inversion was given, by its options, where it lies there still.
+
+    None where the loop has a campaign of its own, whole or not.
+    """
+    if (inversion.parent / "doe").is_dir():
+        return None
+    try:
+        given = json.loads((inversion / "options.json").read_text(encoding="utf-8"))["campaigns"]
+    except (OSError, ValueError, KeyError):
+        return None  # of an earlier version, or of the Python function
+    wanted, places = _entry(inversion / "inversion.json"), [Path(one) for one in given]
+    fits = len(places) == 1 and not _lacking(places[0], CAMPAIGN_FILES) and wanted == _entry(places[0] / "summary.json")
+    return places[0] if fits else None
 
 
 def _campaign_beside(inversion: Path) -> Path | None:

@@ -21,12 +21,13 @@ NONE = "–"
 
 @dataclass(frozen=True)
 class ModelsResults:
-    """content: models.json; records: shot -> record; calibrated, published: shot -> model -> curves."""
+    """content: models.json; records: shot -> record; calibrated, published: shot -> model -> curves; program: whose."""
 
     content: Mapping[str, Any]
     records: Mapping[str, Measured]
     calibrated: Mapping[str, Mapping[str, Histories]]
     published: Mapping[str, Mapping[str, Histories]]
+    program: str
 
     @property
     def ranked(self) -> list[str]:

@@ -18,6 +18,7 @@ from birdstrike.inversion.results.diagnosis import Diagnosis, EffectFigures, Sho
 from birdstrike.inversion.results.diagnosis_text import beyond, next_step
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.diagnosis import curves_figure, probability_figure, residual_figure
+from birdstrike.reports.results.measurement import program_in
 from birdstrike.reports.sections.summary import signed
 from birdstrike.solver.case.effects import SHOWN, shown
 
@@ -27,10 +28,11 @@ MOST_ROWS, MOST_WARNINGS, MOST_PAIRS = 12, 5, 5
 
 @dataclass(frozen=True)
 class DiagnosisResults:
-    """What a diagnosis found, and the tables of the curves, by shot."""
+    """What a diagnosis found, the tables of the curves, by shot, and the program that simulated them."""
 
     found: Diagnosis
     curves: Mapping[str, pd.DataFrame]
+    program: str
 
 
 def read_diagnosis(folder: Path) -> DiagnosisResults:
@@ -43,7 +45,8 @@ def read_diagnosis(folder: Path) -> DiagnosisResults:
     found = Diagnosis.read(path)
     shots = [one.name for one in found.shots]
     files = dict(zip(shots, curve_files(shots), strict=True))
-    return DiagnosisResults(found, {name: pd.read_csv(folder / file) for name, file in files.items()})
+    curves = {name: pd.read_csv(folder / file) for name, file in files.items()}
+    return DiagnosisResults(found, curves, program_in(folder))
 
 
 def verdict_section(results: DiagnosisResults) -> Section:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.figures.quantities import significant
-from birdstrike.reports.results.findings import largest, percent
+from birdstrike.reports.results.findings import NO_BALANCE, largest, percent
 from birdstrike.reports.results.results import CampaignResults, RunSummary
 
 LIMIT_ENERGY = 0.01  # of the initial normal kinetic energy
@@ -13,15 +15,22 @@ LIMIT_ENERGY = 0.01  # of the initial normal kinetic energy
 def section(results: CampaignResults) -> Section:
     """One row a simulation; a failed one has no balance and stands among the warnings of the summary."""
     every = results.every_summary
-    above = sum(abs(float(summary["energy_error"])) > LIMIT_ENERGY for summary in every.values())
+    words = f"This report rests on {len(every)} simulations. {_worst(every)}"
+    return Section("energy_balance", "Energy balance of every simulation", (Paragraph(words), _table(results)))
+
+
+def _worst(every: Mapping[str, RunSummary]) -> str:
+    """The largest errors of energy and momentum, or that no simulation states them."""
     energy, momentum = (largest(every, key) for key in ("energy_error", "momentum_error"))
-    words = (
-        f"This report rests on {len(every)} simulations. Worst energy error {percent(energy)} of the bird's "
+    if energy is None or momentum is None:
+        return f"{NO_BALANCE[0].upper()}{NO_BALANCE[1:]}."
+    above = sum(abs(float(summary["energy_error"])) > LIMIT_ENERGY for summary in every.values())
+    return (
+        f"Worst energy error {percent(energy)} of the bird's "
         f"initial kinetic energy normal to the plate ({counted(above)} above {percent(LIMIT_ENERGY)}), worst momentum "
         f"error {momentum:.1e} of the bird's initial momentum. Every term is integrated from its own rate; none is the "
         "difference of the others."
     )
-    return Section("energy_balance", "Energy balance of every simulation", (Paragraph(words), _table(results)))
 
 
 def counted(runs: int) -> str:
@@ -45,9 +54,10 @@ def _row(summary: RunSummary) -> tuple[str, ...]:
     energies = summary.get("energies_J", {})
     hourglass, internal = energies.get("plate_hourglass"), energies.get("plate_internal")
     viscosity = summary.get("shock_equivalent_viscosity_Pa_s")
+    energy, momentum = summary.get("energy_error"), summary.get("momentum_error")
     return (
-        f"{summary['energy_error'] * 100:+.2f} %".replace("-", "−"),
-        f"{summary['momentum_error']:.1e}",
+        "–" if energy is None else f"{100 * energy:+.2f} %".replace("-", "−"),
+        "–" if momentum is None else f"{momentum:.1e}",
         percent(hourglass / internal) if hourglass is not None and internal else "–",
         "–" if viscosity is None else significant(viscosity),
         f"{summary['eroded_particles']} of {summary['particles']}" if "particles" in summary else "–",

@@ -71,7 +71,8 @@ def _warnings(results: Results) -> Iterator[str]:
     """Failed simulations, and the standard birds' warnings; those of the inverted bird stand in the summary."""
     for model in results.simulated_models.values():
         if model.run is None:
-            yield f"The {model.title} bird has no curve, its simulation failed: {model.failure}"
+            why = "it cannot be simulated" if model.case is None else "its simulation failed"
+            yield f"The {model.title} bird has no curve, {why}: {model.failure}"
         elif model.key in STANDARD:
             yield from (f"{model.title} bird: {line}" for line in model.run.summary.get("warnings", ()))
 
@@ -98,10 +99,11 @@ def _words(results: Results) -> str:
     """What was simulated, and which model comes nearest."""
     count = len(finished(results))
     if count == 1:
-        return (
-            "Only the inverted bird was simulated for this page; without --no-models, birdstrike report adds the "
-            "elastic, plastic-kinematic and hydrodynamic birds."
-        )
+        alone = "Only the inverted bird was simulated for this page"
+        if results.simulated_models:
+            return f"{alone}; the warnings say why the elastic, plastic-kinematic and hydrodynamic birds have no curve."
+        others = "the elastic, plastic-kinematic and hydrodynamic birds"
+        return f"{alone}; without --no-models, birdstrike report adds {others}."
     return (
         f"The same impact with {count} bird models: the standard ones with the paper's constants, the inverted one at "
         f"its calibrated parameters; shape, mass, speed, plate and mesh are the case's. {ranking(results)}"

@@ -8,6 +8,7 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from birdstrike.doe.solvers import simulated_by
 from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.results.results import Results
 from birdstrike.solver.case.case import case_hash
@@ -18,8 +19,10 @@ LIBRARIES = ("numpy", "scipy", "numba", "torch", "scikit-learn", "h5py", "matplo
 def section(results: Results) -> Section:
     """Hashes and versions, then the whole case in SI."""
     facts = Table(("what", "value"), (*_made_from(results), *_made_with()), "What made these numbers.")
+    external = results.case.solver.name == "external"
+    needs = f"{simulated_by(results.case)}, which is not part of it" if external else "the solver's version"
     words = (
-        "The case below is complete and in SI; with it, the seeds and the solver's version the same machine gives "
+        f"The case below is complete and in SI; with it, the seeds and {needs}, the same machine gives "
         "the same curves bit for bit. The point at which each verification ran is in inversion.json."
     )
     return Section("reproducibility", "To do it again", (facts, Paragraph(words), _case(results)))
@@ -34,7 +37,7 @@ def _made_from(results: Results) -> tuple[tuple[str, str], ...]:
     return (
         ("case", f"{results.case_name}, hash {case_hash(results.case)}"),
         ("campaign's case hash", inversion.case_hash),
-        ("solver version (digest of its sources)", ", ".join(solvers)),
+        (f"solver version ({_versioned(results)})", ", ".join(solvers)),
         ("seed of the inversion", str(inversion.seed)),
         ("verification runs in the run store", ", ".join(f"{method}: {run}" for method, run in runs.items() if run)),
         *([("bird models' runs in models/runs", ", ".join(models))] if models else []),
@@ -43,6 +46,11 @@ def _made_from(results: Results) -> tuple[tuple[str, str], ...]:
         ("folder", str(results.folder)),
         ("command", _command(results)),
     )
+
+
+def _versioned(results: Results) -> str:
+    """What a solver's version says: only that of our own is made from its sources."""
+    return "as the case states it" if results.case.solver.name == "external" else "digest of its sources"
 
 
 def _named(results: Results, path: str) -> str:

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from birdstrike.cli.app import app
 from birdstrike.cli.check import check, shown
 from birdstrike.data.errors import CaseError
+from birdstrike.solver.case.case import load_case
 from tests.doe.external_case import written
 from tests.solver.case.wrong_cases import raised
 
@@ -123,3 +124,23 @@ def test_a_bird_of_one_row_of_particles_is_the_user_s_error() -> None:
     result = CliRunner().invoke(app, ["check", "reference_strike", *(w for text in thin for w in ("--set", text))])
     assert result.exit_code == 1
     assert "bird.particles = 100 makes a single row of particles in a bird of 60 mm in diameter" in result.stderr
+
+
+def test_the_python_verb_checks_the_template_and_states_no_steps_of_another_solver(tmp_path: Path) -> None:
+    case = written(tmp_path / "case")
+    facts = check(case)
+    assert facts["solver_version"] == "external: oscillator 1"
+    assert facts["mass"] == pytest.approx(case_mass(case))
+    assert "plate_thickness" in facts["effects"]
+    assert facts["not_carried"]["bird_friction"] == "the deck has no place for impact.friction"
+    assert not {"steps", "stable_step", "estimated_wall_s", "shells"} & facts.keys()
+    deck = case.parent / "strike.k.j2"
+    deck.write_text(deck.read_text() + "$ {{ viscosty }}\n")
+    with pytest.raises(CaseError, match="'viscosty' is undefined; a template may name the whole keys of the case"):
+        check(case)
+
+
+def case_mass(case: Path) -> float:
+    """A cylinder with round ends, as the case's shape is by default [kg]."""
+    bird = load_case(case).bird
+    return 950.0 * bird.volume

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import birdstrike
 from birdstrike.cli.app import app
 from birdstrike.data.curves import read_histories
 from birdstrike.data.errors import RunFailed
+from tests.doe.external_case import DECK, written
 
 TINY = [
     *("--set", "bird.particles=350", "--set", "plate.elements=[10, 8]", "--set", "time.end=0.3 ms"),
@@ -117,3 +119,23 @@ def test_the_python_verb_returns_the_study(study) -> None:
     assert found.scalars["contact_force_impulse"][1].values[0] == pytest.approx(
         written["contact_force_impulse"]["values"][0]
     )
+
+
+def test_a_deck_without_a_mesh_does_not_pass_for_converged(tmp_path: Path) -> None:
+    command = ["converge", str(written(tmp_path / "none")), "--out", str(tmp_path / "out"), "--place", "coarsest"]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 1, result.output
+    assert "has no place for bird.particles and plate.elements, so that all meshes would be one" in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_deck_with_half_a_mesh_is_warned_about_and_has_no_estimated_time(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("birdstrike.inversion.mesh_convergence.convergence.process_pool", ThreadPoolExecutor)
+    case = written(tmp_path / "half", deck=f"{DECK}$ {{{{ bird.particles }}}}\n")
+    command = ["converge", str(case), "--out", str(tmp_path / "out"), "--place", "coarsest", "--workers", "1"]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 0, result.output
+    assert "How long another program takes is not known" in result.stdout
+    written_json = json.loads((tmp_path / "out" / "convergence.json").read_text())
+    assert "the deck has no place for plate.elements, which all meshes have alike" in written_json["warnings"][0]
+    assert written_json["solver_version"] == "external: oscillator 1"

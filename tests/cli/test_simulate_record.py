@@ -7,6 +7,8 @@ from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
 from birdstrike.data.curves import read_histories, read_measured
+from birdstrike.reports.results.measurement import origin
+from tests.doe.external_case import written
 
 SETTINGS = {
     "bird.particles": "200",
@@ -43,3 +45,14 @@ def test_noise_without_a_sigma_is_refused_before_the_run(tmp_path):
     result = CliRunner().invoke(app, [*command, "--set", "sensors.displacement_centre.noise=0 mm"])
     assert result.exit_code == 1
     assert "no sensor has noise" in result.output
+
+
+def test_a_record_of_another_program_names_that_program(tmp_path):
+    case = written(tmp_path / "case")
+    noise = ["--set", "sensors.displacement_centre.noise=0.01 mm"]
+    result = CliRunner().invoke(app, ["simulate", str(case), "--out", str(tmp_path / "out"), "--noise", "3", *noise])
+    assert result.exit_code == 0, result.output
+    assert "size" not in result.stdout, "the size of its model is not known"
+    record = read_measured(tmp_path / "out" / "record.csv")
+    assert record.provenance[0] == "SIMULATED by oscillator 1, run by birdstrike, from case oscillator, NOT MEASURED."
+    assert origin(record) == "simulated by oscillator 1"

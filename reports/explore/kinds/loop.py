@@ -12,15 +12,16 @@ from birdstrike.reports.explore.view import View
 
 
 def holds(folder: Path) -> bool:
-    """Whether close-the-loop, or the same commands one by one, has begun here."""
-    return campaign.holds(folder / "doe")
+    """Whether close-the-loop, or the same commands one by one, has begun here; its campaign may lie elsewhere."""
+    return campaign.holds(folder / "doe") or inversion.holds(folder / "inversion")
 
 
 def read(folder: Path) -> tuple[View, ...]:
     """What is there of a loop, the last answer first; each view has the calibrated point among its presets."""
     if not inversion.holds(folder / "inversion"):
         return campaign.read(folder / "doe")
-    calibrated = inversion.view_of(folder / "inversion", folder / "doe" / "case.toml")
+    own, inverted = folder / "doe", folder / "inversion"
+    calibrated = inversion.view_of(inverted, (own if campaign.holds(own) else inverted) / "case.toml")
     try:
         found = diagnosis.read(folder / "diagnosis") if diagnosis.holds(folder / "diagnosis") else ()
     except UserError as error:

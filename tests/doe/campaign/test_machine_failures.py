@@ -61,6 +61,7 @@ def test_an_external_run_that_the_machine_ended_is_made_by_the_next_call(how: st
     out = tmp_path / "out"
     first = run_doe(case, out)
     assert first.exit_code == 2, first.output
+    assert "the same command repeats those that the machine ended, --retry-failed the others too" in first.output
     assert RunStore(out / "runs").failed_keys() == []
     summary = json.loads((out / "summary.json").read_text())
     assert [run["status"] for run in summary["runs"]].count("pending") == 1

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from birdstrike.data.errors import CaseError
-from birdstrike.doe.external.deck import missing_in_deck, unsupported_by_deck
+from birdstrike.doe.external.deck import has_place, missing_in_deck, refuse_missing_in_deck, unsupported_by_deck
 from birdstrike.doe.external.external import external_solver
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.effects.registry import effects
@@ -60,7 +60,7 @@ def test_what_has_no_place_is_named(tmp_path: Path) -> None:
         "the deck has no place for plate.material.rate_c, plate.material.rate_p"
     )
     assert unsupported_by_deck(case, "clamp_rotation") == "the deck has no place for plate.edges.rotational"
-    assert missing_in_deck(case, case.with_mesh(1000, (12, 8))) == ("plate.elements", "bird.particles")
+    assert missing_in_deck(case, case.with_mesh(1000, (12, 8))) == ("plate.elements[0]", "bird.particles")
 
 
 def test_a_mesh_that_the_deck_makes_can_be_refined(tmp_path: Path) -> None:
@@ -85,3 +85,19 @@ def test_an_angle_s_effect_is_carried_beside_a_direction(tmp_path: Path, line: s
     path = written(tmp_path, deck=DECK.replace("(1.8 * velocity_normal)", "(1.8 * impact.speed)") + line)
     case = load_case(path, {"impact.direction": "[0.8, 0.3, -0.6]"})
     assert unsupported_by_deck(case, "impact_angle") == ""
+
+
+def test_each_entry_of_a_list_needs_a_place_of_its_own(tmp_path: Path) -> None:
+    half = oscillator(tmp_path / "half", deck=f"{DECK}$ {{{{ plate.preload[0] | to('MPa') }}}}\n")
+    loaded = half.overlaid({"plate": {"preload": ["10 MPa", "20 MPa"]}})
+    assert missing_in_deck(half, loaded) == ("plate.preload[1]",)
+    assert unsupported_by_deck(half, "impact_offset") == "the deck has no place for impact.offset[0]"
+
+
+def test_a_case_whose_keys_the_deck_cannot_change_is_refused(tmp_path: Path) -> None:
+    case = oscillator(tmp_path)
+    with pytest.raises(CaseError, match=r"the deck of strike.k.j2 has no place for impact.friction"):
+        refuse_missing_in_deck(case, case.overlaid({"impact": {"friction": 0.2}}))
+    refuse_missing_in_deck(case, case.overlaid({"plate": {"thickness": "9 mm"}}))
+    assert has_place(case, "plate.thickness", 9e-3)
+    assert not has_place(case, "bird.particles", 1000)

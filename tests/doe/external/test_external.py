@@ -70,7 +70,9 @@ def failing(folder: Path, behaviour: str) -> str:
 
 def test_a_failing_run_says_what_the_solver_said(tmp_path: Path) -> None:
     assert "ended with exit code 1: *** Error 20001: negative volume" in failing(tmp_path / "a", "crash")
-    assert "nodout ends at 1 ms, before time.end = 2 ms" in failing(tmp_path / "b", "early")
+    early = failing(tmp_path / "b", "early")
+    assert "nodout ends at 1 ms, before time.end = 2 ms" in early
+    assert "is time_unit another one?" in early
     assert 'has not written "N o r m a l' in failing(tmp_path / "c", "silent")
 
 
@@ -200,6 +202,31 @@ def test_network_and_emulator_learn_the_other_solver_and_find_what_was_planted(t
         assert found[name].value == pytest.approx(planted, rel=0.02)
     assert (answers["emulator"].verified_rmse or np.inf) < 3.0 * sigma
     assert (answers["network"].verified_relative or np.inf) < 0.1
+
+
+def test_a_run_without_a_second_attempt_has_not_failed_twice(tmp_path: Path) -> None:
+    """Half of the runs crash; the deck holds no step_factor."""
+    case = oscillator(tmp_path / "case", behaviour="{% if viscosity > 800 %}crash{% else %}nothing{% endif %}")
+    planned, said = make_design("lhs", ParameterSpace.of(case.parameters()), 4), list[str]()
+    with ThreadPoolExecutor(2) as executor:
+        run_campaign(case, planned, tmp_path / "out", workers=2, executor=executor, say=said.append)
+    failed = [line for line in said if "negative volume" in line]
+    assert failed
+    assert all(" failed and is left out: " in line for line in failed)
+
+
+def test_a_run_whose_output_stands_in_other_units_is_named(tmp_path: Path) -> None:
+    """The impulse in kg m/s in place of kN ms is 1000 times as large, in the runs above 1200 Pa s."""
+    scale = "{% if viscosity > 1200 %}{% set scale = 1000 %}{% else %}{% set scale = 1 %}{% endif %}"
+    deck = scale + DECK.replace("(1.8 * velocity_normal)", "(1.8 * scale * velocity_normal)")
+    planned, said = make_design("lhs", ParameterSpace.of(oscillator(tmp_path / "case").parameters()), 6), list[str]()
+    with ThreadPoolExecutor(2) as executor:
+        case = oscillator(tmp_path / "case", deck=deck)
+        run_campaign(case, planned, tmp_path / "out", workers=2, executor=executor, say=said.append)
+    column = planned.names.index("bird.material.viscosity")
+    wrong = planned.numbers[planned.values[:, column] > 1200.0]
+    assert [line.split(":")[0] for line in said if "other units?" in line] == [f"run {number}" for number in wrong]
+    assert len(wrong)
 
 
 def test_another_deck_is_another_campaign(tmp_path: Path) -> None:

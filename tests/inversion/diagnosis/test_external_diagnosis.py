@@ -53,6 +53,7 @@ def test_a_late_record_of_another_solver_is_found_and_the_case_repaired(tmp_path
     assert found.after.raw < 1.2 < 2.0 < found.before.raw
     assert {one.name for one in found.effects} == CARRIED | {"none", "something_else"}
     assert found.refused["clamp_rotation"] == "the deck has no place for plate.edges.rotational"
+    assert any("its discretisation error is not measured and may be taken for an effect" in w for w in found.warnings)
     repaired = load_case(tmp_path / "out" / (found.case_after or ""))
     again, shot = simulate_external(repaired), record(late=6e-5)
     off = np.interp(shot.time, again.time, again.channels["displacement_centre"]) - shot.channels["displacement_centre"]

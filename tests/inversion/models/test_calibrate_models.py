@@ -39,6 +39,7 @@ from birdstrike.reports.page.models import write_models_page
 from birdstrike.reports.results.parts import find_parts
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.write import case_toml
+from tests.doe.external_case import oscillator
 from tests.inversion.models import rig
 
 NAMES = ("null", "murnaghan")
@@ -595,3 +596,13 @@ def test_tied_models_and_one_alone_are_said_to_miss_too() -> None:
     assert "even the first does not fit" in _verdict({"a": 9.0}, ["a"], (), (8.0, 10.0))
     assert "even the first does not fit" in _verdict({"a": 9.0, "b": 9.1}, ["a", "b"], ("a", "b"), (8.0, 10.0))
     assert "even the first does not fit" not in _verdict({"a": 2.1, "b": 9.1}, ["a", "b"], (), (1.9, 2.3))
+
+
+def test_a_model_that_another_solver_s_deck_cannot_carry_is_refused_before_any_run(tmp_path: Path) -> None:
+    case = oscillator(tmp_path / "case")
+    time = np.linspace(0.0, 2e-3, 50)
+    record = Measured(time, {"displacement_centre": 1e-3 * np.sin(1500.0 * time)}, {}, {"displacement_centre": "m"}, ())
+    with pytest.raises(
+        UserError, match=r"--models elastic: the deck of strike.k.j2 has no place for bird.material.mod"
+    ):
+        calibrate_models(case, record, tmp_path / "out", models=["elastic"])

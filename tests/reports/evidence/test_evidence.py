@@ -213,3 +213,14 @@ def test_records_of_a_diagnosis_are_enclosed_or_an_open_point(tmp_path: Path) ->
     assert "moved.csv" in said
     beside, (said,) = of_diagnosis(diagnosis(record={}, baseline={"shots": ["clean"]}), [own])
     assert "1 of which the diagnosis does not say the files" in said
+
+
+def test_another_program_is_not_vouched_for_by_checks_of_our_own_solver(external_loop: Path, tmp_path: Path) -> None:
+    made = evidence(external_loop / "inversion", tmp_path / "evidence.zip", doe=external_loop / "doe")
+    manifest = unpacked(made.path, tmp_path)
+    page = (tmp_path / "SUMMARY.md").read_text()
+    assert manifest["solver_version"] == "external: oscillator 1"
+    assert "solver oscillator 1, an external program" in page
+    assert "rows within their tolerance" not in page
+    assert json.loads((tmp_path / "verification.json").read_text())["aspects"] == []
+    assert any("oscillator 1 is not in this archive" in point for point in manifest["open_points"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -271,6 +272,12 @@ def test_the_command_writes_a_small_page_and_says_where(loop: Path, tmp_path: Pa
     assert told["bytes"] == (tmp_path / "what_if.html").stat().st_size < LARGEST
     for tag in re.findall(r"<(?:script|link|img|iframe)[^>]*(?:src|href)=\S+", (tmp_path / "what_if.html").read_text()):
         assert "data:," in tag
+
+
+def test_a_loop_that_has_adopted_its_campaign_is_explored(loop: Path, tmp_path: Path) -> None:
+    """Its campaign lies elsewhere: there is no folder doe."""
+    shutil.copytree(loop / "inversion", tmp_path / "loop" / "inversion")
+    assert "Calibration" in explore(tmp_path / "loop").read_text(encoding="utf-8")
 
 
 def test_a_folder_without_results_names_the_commands(tmp_path: Path) -> None:

@@ -1,0 +1,11 @@
+"""Numbers in sentences: an interval that has a width is never written as one number."""
+
+from __future__ import annotations
+
+from birdstrike.inversion.formatting import span
+
+
+def test_an_interval_has_as_many_digits_as_its_ends_need() -> None:
+    assert span(555.4, 643.2, "Pa s") == "555 .. 643 Pa s"
+    assert span(1596.6, 1602.8, "m/s") == "1597 .. 1603 m/s"
+    assert span(1600.0, 1600.0, "m/s") == "1600 .. 1600 m/s"
