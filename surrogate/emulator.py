@@ -1,7 +1,8 @@
 """Forward emulator: curves from parameters by principal components, a Gaussian process for each, with its own error.
 
 The error is a covariance over time and channels. Predicted components err as their processes say, correlated as their
-leave-one-out errors are; the rest of a run's curves is drawn anew with every run (`run_scatter`).
+leave-one-out errors are; the rest of a run's curves is drawn anew with every run (`run_scatter`), as large as that of
+the runs nearby.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.surrogate.features import Region, covered, features, regions, runs_needed
-from birdstrike.surrogate.gaussian_process import GaussianProcess, student_inflation
+from birdstrike.surrogate.gaussian_process import GaussianProcess, LocalVariance, student_inflation
 from birdstrike.surrogate.run_scatter import factors_between, shrunk_correlation
 from birdstrike.surrogate.scaling import Scaling
 from birdstrike.surrogate.validation import Validation, q2, rmse
@@ -39,8 +40,9 @@ class CurveEmulator:
     time: (m,) [s]; mean: (m,) SI; basis: (c, m) SI, all components of the runs; processes: Gaussian processes of the
     first components, those that can be predicted. Its errors, in directions common to all channels of an emulator:
     mixing: (kept, q) rows whose products are the correlations of the kept scores' errors; remainder: (r, m) SI, the
-    rest of a new run's curve, one standard deviation of each direction; outside: (m,) variance, SI squared, of what
-    those leave out, each instant by itself. left: (n, m) SI, the rest of the runs' own curves, each run left out.
+    rest of a run's curve, one standard deviation of each direction on the average of the runs; nearby: its variance at
+    a place over that average; outside: (m,) variance, SI squared, of what those leave out, each instant by itself.
+    left: (n, m) SI, the rest of the runs' own curves, each run left out.
     """
 
     time: Array
@@ -49,6 +51,7 @@ class CurveEmulator:
     processes: tuple[GaussianProcess, ...]
     mixing: Array
     remainder: Array
+    nearby: LocalVariance
     outside: Array
     left: Array
     validation: Validation
@@ -71,16 +74,17 @@ class CurveEmulator:
         else:
             processes = [GaussianProcess.with_kernel(u, scores[:, c], kernel) for c, kernel in enumerate(kernels)]
         basis, mean = np.asarray(pca.components_) * size, np.asarray(pca.mean_) * size
-        none = np.zeros((0, len(time)))
+        left = _left(curves, len(processes))
         alone = cls(
             time,
             mean,
             basis,
             tuple(processes),
             np.eye(len(processes)),
-            none,
+            np.zeros((0, len(time))),
+            _nearby(u, processes, left),
             np.zeros(len(time)),
-            _left(curves, len(processes)),
+            left,
             _validate(curves, mean, basis, processes),
         )
         return jointly({"": alone})[""]
@@ -100,17 +104,21 @@ class CurveEmulator:
         The columns are common to all channels of an emulator.
         """
         variance = np.array([p.variance(u[None])[0] for p in self.processes])
-        kept = self.at(times)[1][: len(variance)].T * np.sqrt(variance)
-        return np.hstack([kept @ self.mixing, self.remainder_at(times)])
+        return self._factor(variance, float(self.nearby.at(u[None])[0]), times)
 
     def scatter_factor(self, u: Array, times: Array) -> Array:
-        """`error_factor` of the runs' scatter alone, which no further run takes away."""
+        """`error_factor` of the runs' scatter alone, which no further run takes away: of the remainder, what is left
+        where it is smallest."""
         variance = np.array([min(p.nugget, p.variance(u[None])[0]) for p in self.processes])
+        return self._factor(variance, min(float(self.nearby.at(u[None])[0]), self.nearby.least), times)
+
+    def _factor(self, variance: Array, remainder: float, times: Array) -> Array:
+        """(t, c) from variances (kept,) of the scores and the remainder's over its average."""
         kept = self.at(times)[1][: len(variance)].T * np.sqrt(variance)
-        return np.hstack([kept @ self.mixing, self.remainder_at(times)])
+        return np.hstack([kept @ self.mixing, np.sqrt(remainder) * self.remainder_at(times)])
 
     def remainder_at(self, times: Array) -> Array:
-        """(t, r) `remainder` at `times` [s]."""
+        """(t, r) `remainder` at `times` [s]: at a place, times the root of `nearby`."""
         return self._between(self.remainder, times).T
 
     def rough(self) -> float:
@@ -211,18 +219,18 @@ def fit_emulator(
 def jointly(channels: Mapping[str, CurveEmulator]) -> dict[str, CurveEmulator]:
     """Channels of the same runs with the errors that they have in common.
 
-    The variance of the rest is that of as many draws as there are runs, enlarged as Student's t asks for so few.
+    What the directions of the rest leave out has the variance of as many draws as there are runs, enlarged as Student's
+    t asks for so few.
     """
     emulators = list(channels.values())
     errors = np.hstack([e.validation.standardised for e in emulators])
     mixing = _factor(shrunk_correlation(errors)) if errors.shape[1] else np.zeros((0, 0))
     rows = np.split(mixing, np.cumsum([len(e.processes) for e in emulators])[:-1], axis=0)
     inflation = student_inflation(len(emulators[0].left) - 1)
-    left = [e.left * np.sqrt(inflation) for e in emulators]
-    remainders = factors_between([e.time for e in emulators], left, INSTANTS)
+    remainders = factors_between([e.time for e in emulators], [e.left for e in emulators], INSTANTS)
     found: dict[str, CurveEmulator] = {}
     for (name, e), own, remainder in zip(channels.items(), rows, remainders, strict=True):
-        outside = np.maximum(inflation * (e.left**2).mean(axis=0) - (remainder**2).sum(axis=0), 0.0)
+        outside = inflation * np.maximum((e.left**2).mean(axis=0) - (remainder**2).sum(axis=0), 0.0)
         found[name] = replace(e, mixing=own, remainder=remainder, outside=outside)
     return found
 
@@ -245,6 +253,20 @@ def _predictable(u: Array, scores: Array, seed: int) -> list[GaussianProcess]:
             break
         processes.append(process)
     return processes
+
+
+def _nearby(u: Array, processes: Sequence[GaussianProcess], left: Array) -> LocalVariance:
+    """`CurveEmulator.nearby` from the rest (n, m) of runs at scaled features u (n, d).
+
+    Features count as they do to the components; the scale is the range of the one that counts most, since components
+    that are nearly linear have lengths beyond all ranges, on which no run would be nearer than another.
+    """
+    lengths = (
+        np.exp(np.mean([np.log(p.missed.lengths) for p in processes], axis=0)) if processes else np.ones(u.shape[1])
+    )
+    lengths /= lengths.min()
+    squares = (left**2).mean(axis=1)
+    return LocalVariance.of(lengths, u / lengths, squares / (squares.mean() or 1.0))
 
 
 def _left(curves: Array, predicted: int) -> Array:

@@ -36,11 +36,48 @@ NORMAL_95 = 1.959964  # standard deviations from a Gaussian's mean to the ends o
 
 
 @dataclass(frozen=True)
+class LocalVariance:
+    """Variance of an error at u (., d), from what was missed at the runs.
+
+    lengths: (d,) of the features; points: (n, d) features of the runs over them; squares: (n,) of the errors there;
+    locality: power of the Matern correlation by which a run counts.
+    """
+
+    lengths: Array
+    points: Array
+    squares: Array
+    locality: float
+
+    @classmethod
+    def of(cls, lengths: Array, points: Array, squares: Array) -> LocalVariance:
+        """With the locality under which the runs' errors are likeliest."""
+        return cls(lengths, points, squares, _locality(_matern(cdist(points, points)), squares))
+
+    def at(self, u: Array) -> Array:
+        """(q,) at u (q, d), enlarged as Student's t asks for the effective number of runs."""
+        weights = _matern(cdist(u / self.lengths, self.points)) ** self.locality
+        mean, effective = _local(weights, self.squares[:, None])
+        return (mean * _inflation(effective))[:, 0]
+
+    @cached_property
+    def least(self) -> float:
+        """The smallest that it is at any run."""
+        return float(self.at(self.points * self.lengths).min())
+
+    @property
+    def left_out(self) -> Array:
+        """(n,) at each run, by the others, not enlarged."""
+        weights = _matern(cdist(self.points, self.points)) ** self.locality
+        np.fill_diagonal(weights, 0.0)
+        return _local(weights, self.squares[:, None])[0][:, 0]
+
+
+@dataclass(frozen=True)
 class GaussianProcess:
     """One zero-mean process y(u) for scaled features u (., d).
 
     model: regressor on y in units of `scale`, kernel: with its hyperparameters; loo: (n,) leave-one-out
-    predictions of y; errors: (n,) of them; locality: power of the correlation that weighs these errors.
+    predictions of y; errors: (n,) of them; missed: the variance that they show.
     """
 
     model: GaussianProcessRegressor
@@ -49,7 +86,7 @@ class GaussianProcess:
     loo: Array
     q2: float
     errors: Array
-    locality: float
+    missed: LocalVariance
 
     @classmethod
     def fit(cls, u: Array, y: Array, seed: int) -> GaussianProcess:
@@ -73,9 +110,10 @@ class GaussianProcess:
             model.fit(u, y / scale)
         fitted: Any = model.kernel_
         loo = leave_one_out(fitted(u), y / scale)
-        errors = y / scale - loo
-        locality = _locality(_correlation(fitted, u, u), errors**2)
-        return cls(model, fitted, scale, loo * scale, q2(y, loo * scale), errors * scale, locality)
+        errors = (y / scale - loo) * scale
+        lengths = np.asarray(fitted.k1.k2.length_scale)
+        missed = LocalVariance.of(lengths, u / lengths, errors**2)
+        return cls(model, fitted, scale, loo * scale, q2(y, loo * scale), errors, missed)
 
     @property
     def nugget(self) -> float:
@@ -85,10 +123,7 @@ class GaussianProcess:
     @cached_property
     def standardised(self) -> Array:
         """(n,) leave-one-out errors over the standard deviations that the other runs' errors give there."""
-        runs = self.plain[2]
-        weights = _matern(cdist(runs, runs)) ** self.locality
-        np.fill_diagonal(weights, 0.0)
-        mean = _local(weights, self.errors[:, None] ** 2)[0][:, 0]
+        mean = self.missed.left_out
         return np.divide(self.errors, np.sqrt(mean), out=np.zeros_like(self.errors), where=mean > 0.0)
 
     def predict(self, u: Array) -> tuple[Array, Array]:
@@ -97,9 +132,7 @@ class GaussianProcess:
 
     def variance(self, u: Array) -> Array:
         """(q,) of a new run about the mean at u (q, d)."""
-        weights = self._correlations(u) ** self.locality
-        mean, effective = _local(weights, self.errors[:, None] ** 2)
-        return (mean * _inflation(effective))[:, 0]
+        return self.missed.at(u)
 
     def distance_variance(self, u: Array) -> Array:
         """(q,) that the process states by itself, without scatter: large where no run is near, whatever was missed."""
@@ -115,8 +148,7 @@ class GaussianProcess:
     def plain(self) -> tuple[float, Array, Array]:
         """Of the kernel: size, lengths (d,); the runs over the lengths."""
         kernel: Any = self.kernel
-        lengths = np.asarray(kernel.k1.k2.length_scale)
-        return float(kernel.k1.k1.constant_value), lengths, self.model.X_train_ / lengths
+        return float(kernel.k1.k1.constant_value), self.missed.lengths, self.missed.points
 
     @cached_property
     def _inverse(self) -> Array:
@@ -141,8 +173,8 @@ class ProcessStack:
         self._nearness = lengths**-2.0
         sizes = np.array([process.plain[0] * process.scale for process in processes])
         self._alpha = sizes[:, None, None] * np.array([process.model.alpha_ for process in processes])[..., None]
-        self._locality = np.array([process.locality for process in processes])[:, None, None]
-        self._squares = np.array([process.errors**2 for process in processes])[..., None]
+        self._locality = np.array([process.missed.locality for process in processes])[:, None, None]
+        self._squares = np.array([process.missed.squares for process in processes])[..., None]
 
     @classmethod
     def groups(cls, processes: Sequence[GaussianProcess]) -> list[tuple[list[int], ProcessStack]]:
@@ -181,12 +213,6 @@ def student_inflation(freedom: float) -> float:
 def _matern(distance: Array) -> Array:
     r = np.sqrt(5.0) * distance
     return (1.0 + r * (1.0 + r / 3.0)) * np.exp(-r)
-
-
-def _correlation(kernel: Any, u: Array, v: Array) -> Array:
-    """(q, n) without the scatter."""
-    lengths = np.asarray(kernel.k1.k2.length_scale)
-    return _matern(cdist(u / lengths, v / lengths))
 
 
 def _local(weights: Array, squares: Array) -> tuple[Array, Array]:

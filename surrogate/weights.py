@@ -2,7 +2,7 @@
 
 A Gaussian process is mean(u) = sum_i weights_i m(|u / lengths - points_i|) with the Matern correlation of order 5/2,
 m(r) = (1 + x + x^2 / 3) exp(-x), x = sqrt(5) r; the variance of its error is the mean of `squares`, each weighed by
-m^locality, times Student's t (see gaussian_process).
+m^locality, times Student's t (see gaussian_process). The same mean of `nearby` multiplies the `rest`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator
 from birdstrike.surrogate.features import FEATURES
-from birdstrike.surrogate.gaussian_process import GaussianProcess, student_inflation
+from birdstrike.surrogate.gaussian_process import GaussianProcess, LocalVariance, student_inflation
 
 FREEDOMS = 1.0 / np.linspace(1e-3, 0.5, 512)
 """Degrees of freedom at which Student's t is tabulated, equally spaced in their inverse."""
@@ -26,26 +26,34 @@ def student_table() -> Array:
 
 
 def process_table(process: GaussianProcess) -> dict[str, Any]:
-    """weights (n,), lengths (d,), points (n, d) over the lengths, squares (n,) of the errors, locality."""
-    size, lengths, points = process.plain
+    """weights (n,), and those of `variance_table`."""
+    return {"weights": process.plain[0] * process.scale * np.asarray(process.model.alpha_)} | variance_table(
+        process.missed
+    )
+
+
+def variance_table(missed: LocalVariance) -> dict[str, Any]:
+    """lengths (d,), points (n, d) over the lengths, squares (n,) of the errors, locality."""
     return {
-        "weights": size * process.scale * np.asarray(process.model.alpha_),
-        "lengths": lengths,
-        "points": points,
-        "squares": process.errors**2,
-        "locality": process.locality,
+        "lengths": missed.lengths,
+        "points": missed.points,
+        "squares": missed.squares,
+        "locality": missed.locality,
     }
 
 
 def channel_table(channel: CurveEmulator) -> dict[str, Any]:
-    """mean (m,), basis (p, m), processes of p scores, correlation (p, p) of their errors, rest (m,) variance, SI."""
+    """mean (m,), basis (p, m), processes of p scores, correlation (p, p) of their errors, SI; variances (m,): rest, on
+    the average of the runs, nearby: its factor at a place, outside: of what that leaves out."""
     kept = len(channel.processes)
     return {
         "mean": channel.mean,
         "basis": channel.basis[:kept],
         "processes": [process_table(process) for process in channel.processes],
         "correlation": channel.mixing @ channel.mixing.T,
-        "rest": (channel.remainder**2).sum(axis=0) + channel.outside,
+        "rest": (channel.remainder**2).sum(axis=0),
+        "nearby": variance_table(channel.nearby),
+        "outside": channel.outside,
     }
 
 

@@ -1,7 +1,8 @@
 """The likelihood of many parameter points at once, on the few combinations of the points that a model can move.
 
 log L = -1/2 d^T C^-1 d - 1/2 log det C with d = y - f(theta, t0), C = C0 + emulator error(theta), C0 = noise, known
-errors and what no process predicts of a run's curves, as they stand at the best fit's time origin. Whitened by C0, all
+errors and what no process predicts of a run's curves, as they stand at the best fit's time origin, the last as large
+as at the fit where it is largest. Whitened by C0, all
 curves of the model lie in a space of a few dozen dimensions: outside it d and C are the same for every point.
 """
 
@@ -46,9 +47,9 @@ class Likelihood:
         """Tabulate the model of a calibration about the time origins of its best fits."""
         model, noise = calibrator.model, calibrator.model.noise_at(modes[0].t0)
         taus = _taus(calibrator, modes)
-        left = _columns(model, modes[0].t0)[2]
+        left = _left_out(model, modes)
         whitening = Whitening.of(noise, left if model.known is None else np.hstack([left, model.known]))
-        columns = [whitening.apply(np.hstack(_columns(model, tau * calibrator.sigma)[:2]).T).T for tau in taus]
+        columns = [whitening.apply(np.hstack(_columns(model, tau * calibrator.sigma)).T).T for tau in taus]
         size = np.array([1.0, *(process.scale for _, process in _processes(model))])
         moved = columns[:: max(1, len(columns) // 8)]
         u, s, _ = np.linalg.svd(np.hstack([part * size for part in moved]), full_matrices=False)
@@ -137,18 +138,26 @@ def _processes(model: CurveModel) -> list[tuple[str, GaussianProcess]]:
     return [(c.name, p) for c in model.observations.channels for p in model.emulator.channels[c.name].processes]
 
 
-def _columns(model: CurveModel, t0: float) -> tuple[Array, Array, Array]:
-    """Mean curve (n, 1), predicted components (n, kept), and factor (n, left) of what they leave out, SI."""
-    means, kept, left = [], [], []
+def _columns(model: CurveModel, t0: float) -> tuple[Array, Array]:
+    """Mean curve (n, 1) and predicted components (n, kept), SI."""
+    means, kept = [], []
     for c in model.observations.channels:
         emulator = model.emulator.channels[c.name]
         mean, basis = emulator.at(c.times - t0)
         many = len(emulator.processes)
         means.append(mean)
         kept.append(basis[:many].T)
-        left.append(emulator.remainder_at(c.times - t0))
-    parts = np.concatenate(means)[:, None], block_diag(*kept), np.vstack(left)
-    return tuple(np.asarray(part, dtype=np.float64) for part in parts)  # pyright: ignore[reportReturnType]
+    return np.concatenate(means)[:, None], np.asarray(block_diag(*kept), dtype=np.float64)
+
+
+def _left_out(model: CurveModel, modes: tuple[Mode, ...]) -> Array:
+    """(n, r) SI factor of what the components leave out, for each channel at the best fit where it is largest."""
+    u = model.emulator.inputs(np.stack([mode.theta for mode in modes]))
+    parts = []
+    for c in model.observations.channels:
+        emulator = model.emulator.channels[c.name]
+        parts.append(np.sqrt(emulator.nearby.at(u).max()) * emulator.remainder_at(c.times - modes[0].t0))
+    return np.vstack(parts)
 
 
 def _within(box: Box, z: Array) -> NDArray[np.bool_]:

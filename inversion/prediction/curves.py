@@ -141,6 +141,7 @@ def _errors(one: CurveEmulator, u: Array, times: Array, rng: np.random.Generator
     """(n, m) draws of the error at scaled features u (n, d)."""
     n, kept = len(u), len(one.processes)
     rows = rng.standard_normal((n, one.remainder.shape[0])) @ one.remainder_at(times).T
+    rows *= np.sqrt(one.nearby.at(u))[:, None]
     rows += rng.standard_normal((n, len(times))) * np.sqrt(one.outside_at(times))
     if kept:
         sd = np.sqrt(np.stack([process.variance(u) for process in one.processes], axis=1))

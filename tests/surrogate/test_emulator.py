@@ -122,8 +122,8 @@ def test_error_is_larger_where_the_left_out_runs_were_missed_by_more() -> None:
 def test_error_far_from_all_runs_is_finite() -> None:
     rng = np.random.default_rng(1)
     u = rng.uniform(0.0, 1.0, (20, 1))
-    near = replace(GaussianProcess.fit(u, np.sin(6.0 * u[:, 0]) + 0.05 * rng.standard_normal(20), 0), locality=128.0)
-    far = near.variance(np.array([[0.5], [50.0]]))
+    fitted = GaussianProcess.fit(u, np.sin(6.0 * u[:, 0]) + 0.05 * rng.standard_normal(20), 0)
+    far = replace(fitted.missed, locality=128.0).at(np.array([[0.5], [50.0]]))
     assert np.isfinite(far).all()
     assert far[1] > 0.0
 
@@ -142,6 +142,26 @@ def test_scatter_that_lasts_is_carried_as_lasting() -> None:
     said = np.sqrt(((average @ both) ** 2).sum() + average**2 @ outside)
     fresh = (0.02 * rng.normal(size=(2000, 12)) @ slow.T).mean(axis=1)
     assert 0.6 < said / fresh.std() < 1.6
+
+
+@pytest.mark.parametrize("factor", [1.0, 4.0])
+def test_what_no_component_predicts_is_as_large_as_in_the_runs_nearby(factor: float) -> None:
+    """Wiggles that are drawn anew with every run, larger by a factor in one half of the range than in the other."""
+    rng, time = np.random.default_rng(3), np.linspace(0.0, 1.0, 200)
+
+    def wiggles(u: np.ndarray) -> np.ndarray:
+        size = np.where(u[:, 0] > 0.5, 0.01 * factor, 0.01)
+        return size[:, None] * rng.normal(size=(len(u), 30)) @ np.sin(np.pi * np.arange(10, 40)[:, None] * time)
+
+    u = rng.random((40, 2))
+    emulator = CurveEmulator.fit(time, u[:, :1] * time + wiggles(u), u)
+    for side in (0.2, 0.8):
+        place = np.array([side, 0.5])
+        stated = np.sqrt((emulator.error_factor(place, time) ** 2).sum(axis=1) + emulator.outside_at(time))
+        actual = np.sqrt(np.mean(wiggles(np.tile(place, (400, 1))) ** 2))
+        assert 0.75 < np.sqrt(np.mean(stated**2)) / actual < 1.8
+        least = emulator.scatter_factor(place, time)
+        assert (least**2).sum() <= (emulator.error_factor(place, time) ** 2).sum() * (1.0 + 1e-12)
 
 
 def test_refuses_to_extrapolate(emulator: Emulator) -> None:

@@ -35,8 +35,9 @@ const studentFactor = (table, freedom) => {
   return table[i] * (1 - w) + table[i + 1] * w;
 };
 
-const processVariance = (process, u, table) => {
-  const correlation = correlations(process, u), { squares, locality } = process;
+// Variance of an error at u: that of the runs nearby, times Student's t for their effective number.
+const localVariance = (missed, u, table) => {
+  const correlation = correlations(missed, u), { squares, locality } = missed;
   let largest = 0;
   const raw = Array.from(correlation, (c) => { const w = c ** locality; largest = Math.max(largest, w); return w; });
   let total = 0, own = 0, weighted = 0;
@@ -139,8 +140,9 @@ const curveOf = (view, shot, name, point, out = null) => {
 // Standard deviation (m,) SI of the emulator's error there.
 const errorOf = (view, shot, name, point, table) => {
   const system = view.systems[shot.system], channel = system.channels[name], u = inputs(system, point.theta);
-  const sizes = channel.processes.map((process) => Math.sqrt(processVariance(process, u, table)));
-  const variance = Float64Array.from(channel.rest);
+  const sizes = channel.processes.map((process) => Math.sqrt(localVariance(process, u, table)));
+  const variance = Float64Array.from(channel.outside);
+  addScaled(variance, channel.rest, localVariance(channel.nearby, u, table));
   for (let i = 0; i < sizes.length; i += 1) {
     for (let j = 0; j <= i; j += 1) {
       const factor = sizes[i] * sizes[j] * channel.correlation[i][j] * (i === j ? 1 : 2);

@@ -107,5 +107,6 @@ def test_processes_together_predict_what_each_predicts_alone() -> None:
 def test_the_stated_variance_has_student_s_inflation() -> None:
     rng = np.random.default_rng(0)
     u = rng.random((25, 3))
-    process = replace(GaussianProcess.fit(u, np.sin(3.0 * u[:, 0]), seed=0), errors=np.ones(25), locality=0.0)
+    fitted = GaussianProcess.fit(u, np.sin(3.0 * u[:, 0]), seed=0)
+    process = replace(fitted, missed=replace(fitted.missed, squares=np.ones(25), locality=0.0))
     assert process.variance(u[:1]) == pytest.approx([student_inflation(25.0)], rel=1e-6)
