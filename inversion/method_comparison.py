@@ -21,6 +21,7 @@ from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.posterior import sample
+from birdstrike.inversion.formatting import many
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.identifiability.information import bound
 from birdstrike.inversion.misfit import rmse
@@ -49,8 +50,7 @@ class Condition:
     channels: tuple[str, ...]
 
     def __str__(self) -> str:
-        many = "1 channel" if len(self.channels) == 1 else f"{len(self.channels)} channels"
-        return f"{self.noise * 1e3:g} mm, {self.points} points, {many}"
+        return f"{self.noise * 1e3:g} mm, {self.points} points, {many(len(self.channels), 'channel')}"
 
 
 @dataclass(frozen=True)

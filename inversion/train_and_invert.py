@@ -10,7 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, as_measured, only_channels, read_histories, refuse_twice, write_histories
+from birdstrike.data.curves import (
+    Measured,
+    as_list,
+    as_measured,
+    only_channels,
+    read_histories,
+    refuse_twice,
+    write_histories,
+)
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
@@ -137,7 +145,7 @@ def train_and_invert(
         When no verification run finishes.
     """
     folder, more = Path(out), extras or Extras()
-    folders = [Path(one) for one in _listed(doe_dir)]
+    folders = [Path(one) for one in as_list(doe_dir)]
     options = InversionOptions(
         trainer=trainer,
         method=method,
@@ -151,7 +159,7 @@ def train_and_invert(
     )
     if "network" not in options.methods():
         _refuse_network_s(options)
-    cases = _listed(case)
+    cases = as_list(case)
     if len(folders) > 1 and not cases:
         raise UserError(
             f"{len(folders)} campaign folders were given and no --case: say which record belongs to which campaign by "
@@ -160,7 +168,7 @@ def train_and_invert(
     retry = more.retry or retry_before(more.retry_failed)
     if more.mesh_correction:
         _refuse_second_mesh(more, forward)
-    records = only_channels([as_measured(one) for one in _listed(measured)], more.channels)
+    records = only_channels([as_measured(one) for one in as_list(measured)], more.channels)
     pairs = _with_cases(records, cases)
     report, share = progress or silent, 0.5 if more.mesh_correction else 0.0
     call = _Call(folders, folder, options, more, forward, retry)
@@ -249,13 +257,6 @@ def _share(report: Progress, part: int, parts: int, whole: float) -> Progress:
 def _refinable(options: InversionOptions, more: Extras) -> bool:
     """Whether runs may be added: `auto` does so only for the emulator's answer."""
     return more.refine != AUTO or "emulator" in options.methods()
-
-
-def _listed(given: Any) -> list[Any]:
-    """What was given once or several times, as a list; None is none."""
-    if given is None:
-        return []
-    return list(given) if isinstance(given, list | tuple) else [given]
 
 
 def _with_cases(records: list[Any], cases: list[Any]) -> list[tuple[Any, Any]]:

@@ -28,21 +28,23 @@ STATES = {"running": "not finished: running, or stopped midway"}
 def check_campaign(path: Path) -> dict[str, Any]:
     """List what the folder holds, changing nothing; raises UserError where there is no campaign."""
     from birdstrike.doe.campaign.inventory import inventory
+    from birdstrike.inversion.formatting import many
 
     with progress_bar("reading the runs") as progress:
         found = inventory(path, progress)
     planned = len(found.finished) + len(found.failed) + len(found.due)
     counts = f"{len(found.finished)} finished, {len(found.failed)} failed, {len(found.due)} to be run"
     state = STATES.get(found.state, found.state)
-    say(f"{path}: a campaign of {planned} runs ({state}); with solver version {found.version}: {counts}.")
+    say(f"{path}: a campaign of {many(planned, 'run')} ({state}); with solver version {found.version}: {counts}.")
     for number, reason in found.failed.items():
         say(f"run {number} failed: {reason}")
+    kept = "kept and not used"
     for version, names in found.other_versions.items():
-        say(f"{len(names)} results of solver version {version} are kept and not used: {_some(names)}")
+        say(f"{kept}: {many(len(names), 'result')} of solver version {version}: {_some(names)}")
     if found.elsewhere:
-        say(f"{len(found.elsewhere)} results belong to another case or design: {_some(found.elsewhere)}")
+        say(f"{kept}: {many(len(found.elsewhere), 'result')} of another case or design: {_some(found.elsewhere)}")
     if found.damaged:
-        say(f"{len(found.damaged)} files are damaged and not used, their runs will be repeated: {_some(found.damaged)}")
+        say(f"not used, the runs to be repeated: {many(len(found.damaged), 'damaged file')}: {_some(found.damaged)}")
     warn(found.altered, CHECKED)
     return {
         "warnings": found.altered,

@@ -269,7 +269,7 @@ def _simulated(begun: Begun, say: Callable[[str], None]) -> Histories:
 
 def last_screen(closed: Mapping[str, Any], loop: Path) -> Iterator[str]:
     """What was found, in words of one screen."""
-    from birdstrike.inversion.formatting import quantity, span
+    from birdstrike.inversion.formatting import many, quantity, span
     from birdstrike.inversion.results.inversion import Inversion
     from birdstrike.reports.figures.quantities import parameter_label
 
@@ -298,7 +298,7 @@ def last_screen(closed: Mapping[str, Any], loop: Path) -> Iterator[str]:
     warnings = list(dict.fromkeys(closed["warnings"]))
     yield from (f"  Warning: {line}" for line in warnings[:MOST_WARNINGS])
     if more := len(warnings[MOST_WARNINGS:]):
-        yield f"  {more} more warning{'s' if more > 1 else ''} in the report."
+        yield f"  {many(more, 'more warning')} in the report."
     yield f"Report: {closed['paths']['report']}; the case: {closed['case_file']}; the answers: {closed['answers']}"
     yield f"Next: open the report in a browser; the cards: {command_line('export', loop)}"
 

@@ -19,6 +19,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.draws import CLEAN, OUTSIDE, OWN, PAIR, SINGLE
 from birdstrike.inversion.audit.score import Score
 from birdstrike.inversion.diagnosis.hypotheses import PRIOR_ELSE, PRIOR_NONE, PRIOR_PAIRS
+from birdstrike.inversion.formatting import many
 
 RESAMPLES = 4000
 ORDER = (CLEAN, SINGLE, PAIR, OUTSIDE)
@@ -255,8 +256,7 @@ def lines(scores: Sequence[Score]) -> list[dict[str, Any]]:
 
 def table_name(score: Score) -> str:
     """Channels, shots, baseline, form."""
-    parts = [f"{len(score.channels)} channel{'s' if len(score.channels) > 1 else ''}"]
-    parts.append(f"{score.shots} shot{'s' if score.shots > 1 else ''}")
+    parts = [many(len(score.channels), "channel"), many(score.shots, "shot")]
     parts.append("with a baseline" if score.baseline else "without a baseline")
     if score.form != OWN:
         parts.append("truth by another model")

@@ -13,6 +13,7 @@ from birdstrike.data.curves import read_histories, read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
+from birdstrike.inversion.formatting import listing
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.models.ranking import misses
 from birdstrike.inversion.models.results import COMPARISON, read_comparison
@@ -52,8 +53,8 @@ def read_models(folder: Path, model: str = "") -> Learnt:
     stored = [name for name in kept if name not in rough]
     said = (
         _which(kept, shares, content["models"]),
-        *([f"up to 2000 draws of {' and '.join(stored)} from the posterior ({DRAWS_FILE})"] if stored else []),
-        *([f"{' and '.join(rough)}: {NO_SAMPLE}"] if rough else []),
+        *([f"up to 2000 draws of {listing(stored)} from the posterior ({DRAWS_FILE})"] if stored else []),
+        *([f"{listing(rough)}: {NO_SAMPLE}"] if rough else []),
         "the bird's material is each model's own; what the new case states of it is not used",
         "no missing effect was looked for: run diagnose to have the explanations averaged",
     )
