@@ -16,6 +16,7 @@ from scipy.optimize import least_squares
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
@@ -116,7 +117,7 @@ def conditions(channels: tuple[str, ...]) -> list[Condition]:
 
 
 def score_methods(
-    bench: KnownCase, channels: tuple[str, ...], progress: Callable[[float], None] | None = None
+    bench: KnownCase, channels: tuple[str, ...], progress: Progress | None = None
 ) -> Iterator[MethodScore]:
     """Every method under every condition, each answer verified by the solver."""
     chosen = conditions(channels)

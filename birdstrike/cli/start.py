@@ -16,6 +16,7 @@ from birdstrike.cli.close_the_loop import diagnosis_lines, stage_display
 from birdstrike.cli.frame import Json, Workers, errors, framed, say, warn
 from birdstrike.cli.next_steps import command_line
 from birdstrike.data.errors import CaseError, UserError
+from birdstrike.data.progress import Display, no_display
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from birdstrike.questions.cost import Part
     from birdstrike.questions.shot import Shot
     from birdstrike.solver.case.case import Case
-    from birdstrike.stages import Display
 
 ANSWERS, SECTIONS = "answers.toml", ("plate", "bird", "impact")
 MOST_WARNINGS = 3
@@ -174,7 +174,6 @@ def _sum(found: tuple[Part, ...]) -> str:
 def finish(begun: Begun, workers: int | None, display: Display | None, say: Callable[[str], None]) -> dict[str, Any]:
     """Import the record and close the loop; raises what these do."""
     from birdstrike.loop import close_the_loop
-    from birdstrike.stages import quiet
 
     _import(begun, say)
     say(f"The loop: {command_line('close-the-loop', begun.case_file, '--measured', begun.record, '--out', begun.loop)}")
@@ -185,7 +184,7 @@ def finish(begun: Begun, workers: int | None, display: Display | None, say: Call
         runs=begun.shot.runs,
         workers=workers,
         diagnosis=begun.shot.diagnosis,
-        display=display or quiet,
+        display=display or no_display,
         say=say,
     )
     files = {"case_file": begun.case_file, "record": begun.record, "answers": begun.out / ANSWERS}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from birdstrike.data.progress import Display, no_display
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
@@ -75,13 +75,6 @@ SETTLED = 0.05  # posterior probability from which on an effect is likely enough
 UPDATES = 3  # rounds of simulations at the fits: an edge that lets go bends the response more than one round can tell
 MOST_SHARES = 30  # models whose probabilities are listed
 
-Display = Callable[[str], AbstractContextManager[Callable[[float], None]]]
-
-
-def quiet(_: str) -> AbstractContextManager[Callable[[float], None]]:
-    """No display."""
-    return nullcontext(lambda _: None)
-
 
 @dataclass(frozen=True)
 class DiagnosisOptions:
@@ -98,7 +91,7 @@ class DiagnosisOptions:
     seed: int = 0
     workers: int | None = None
     runs: int = RUNS
-    display: Display = quiet
+    display: Display = no_display
     counter: Counter = uncounted
     say: Callable[[str], None] = warnings.warn
     retry: float = 0.0

@@ -17,6 +17,7 @@ from scipy.special import softmax
 from scipy.stats.qmc import Sobol
 
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress, silent
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape
 from birdstrike.inversion.diagnosis.evidence import (
     BIRDS,
@@ -374,7 +375,7 @@ class Ranking:
         return by_family(self.shares, tuple(self.models.values()))
 
 
-def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None) -> Ranking:
+def rank(problem: Problem, progress: Progress = silent) -> Ranking:
     """All models of the library over the problem's shots."""
     models = {one.label: one for one in hypotheses(problem.found)}
     singles, pairs = ([one for one in models.values() if len(one.members) == count] for count in (1, 2))

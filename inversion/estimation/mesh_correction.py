@@ -23,10 +23,11 @@ from sklearn.utils.extmath import svd_flip
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.whitening import Whitening, principal
-from birdstrike.inversion.forward import Forward, Progress, watched
+from birdstrike.inversion.forward import Forward, watched
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.ingredients import MeshCorrectionFigures

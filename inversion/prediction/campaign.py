@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import CaseError, RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.plan import meshes
 from birdstrike.inversion.estimation.mesh_correction import fine_mesh, spread
@@ -29,7 +30,6 @@ GOOD_Q2 = 0.9
 FINE = 3  # simulations on the finer mesh: a mean and its scatter
 LEAST_FINISHED = 0.6  # of the simulations
 TORN = "eroded_shells"
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,6 +11,7 @@ import numpy as np
 
 from birdstrike.data.errors import UnitError, UserError
 from birdstrike.data.out_folder import model_of
+from birdstrike.data.progress import Progress, silent
 from birdstrike.data.units import to_si
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
@@ -66,7 +67,7 @@ class PredictOptions:
     only: Sequence[str] = ()
     retry_failed: bool = False
     counter: Counter = uncounted
-    progress: Callable[[float], None] = lambda _: None
+    progress: Progress = silent
 
 
 def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: PredictOptions | None = None) -> Prediction:

@@ -6,13 +6,14 @@ shape, mass, speed and mesh. They run side by side, each once: it is kept in `mo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from birdstrike.data.errors import CaseError, MachineFailure
 from birdstrike.data.histories import Histories
+from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
 from birdstrike.data.units import quantity_text
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
@@ -36,15 +37,13 @@ STANDARD = {
 PICTURE_TIME = 1.5e-3  # s: near the plate's peak in the reference strike, where the models are usually compared
 FRAMES = 40  # of the animation
 
-Progress = Callable[[float], None]
-
 
 def run_models(results: Results, progress: Progress | None = None) -> Results:
     """Results with every model's simulation, run where it is not in the store; a failure is kept with its reason."""
     cases: dict[str, Case | CaseError] = {name: _standard(results, shipped) for name, shipped in STANDARD.items()}
     cases[results.best] = _inverted(results)
     runnable = {key: case for key, case in cases.items() if not isinstance(case, CaseError)}
-    outcomes = _outcomes(runnable, RunStore(results.folder / "models" / "runs"), progress or (lambda _: None))
+    outcomes = _outcomes(runnable, RunStore(results.folder / "models" / "runs"), progress or silent)
     models: dict[str, Model] = {}
     for key, case in cases.items():
         kept = runnable.get(key)
