@@ -54,18 +54,18 @@ def summarised(lines: Mapping[str, Iterable[str]]) -> tuple[str, ...]:
 
 
 def warnings_of(models: Mapping[str, Mapping[str, Any]], ranking: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Model -> its warnings as a comparison tells them, or why it has no answer.
+    """Model -> its warnings as a comparison gives them, or why it has no answer.
 
-    A model that misses a record which the first of the ranking follows has no say on that record's clock and sign.
-    models: as models.json has them.
+    Where the first of the ranking fits a record, the warnings of a model that does not fit it about that record's clock
+    and sign are left out. models: as models.json has them.
     """
-    followed = bool(ranking) and not misses(models[ranking[0]].get("expected_95"))
+    first_fits = bool(ranking) and not misses(models[ranking[0]].get("expected_95"))
 
     def told(one: Mapping[str, Any]) -> tuple[str, ...]:
         if failure := one.get("failure"):
             return (f"no answer: {failure}",)
-        mute = followed and misses(one.get("expected_95"))
-        return tuple(line for line in one.get("warnings", ()) if not (mute and DOUBTS_THE_RECORD.search(line)))
+        unreliable = first_fits and misses(one.get("expected_95"))
+        return tuple(line for line in one.get("warnings", ()) if not (unreliable and IMPLAUSIBLE_RECORD.search(line)))
 
     return {name: told(one) for name, one in models.items()}
 
@@ -206,7 +206,7 @@ OVERRULED = (
 )
 BEYOND = r"(?P<before>\d+) points before and (?P<after>\d+) after the simulated record (?P<span>.*?) are left out"
 CHANNEL = r"(?P<channel>[^:]+?)"
-DOUBTS_THE_RECORD = re.compile(
+IMPLAUSIBLE_RECORD = re.compile(
     rf"^{CHANNEL} (?:lies beside the runs best|has the shape of the runs|has the opp)",
 )
 GRAVE = (
@@ -216,7 +216,7 @@ GRAVE = (
     Kind(re.compile(r"^the simulation at an answer failed \((?P<reason>.*)\): run \d+ of the campaign"), _stands_in),
     Kind(re.compile(r"^(?:a run near the answer|run \d+) (?:failed|was ended).* left out: (?P<reason>.*)"), _lost_runs),
     Kind(re.compile(r"chains have not settled .*R-hat (?P<rhat>[\d.]+)"), _unsettled),
-    Kind(DOUBTS_THE_RECORD, _implausible),
+    Kind(IMPLAUSIBLE_RECORD, _implausible),
     Kind(re.compile(rf"^the emulator predicts left-out runs of {CHANNEL} poorly \(Q2 (?P<q2>-?[\d.]+)\)"), _poor),
     Kind(re.compile(rf"^{CHANNEL}: the residual .* widened by a factor (?P<factor>[\d.]+)"), _not_noise),
 )

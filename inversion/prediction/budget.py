@@ -21,7 +21,7 @@ from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.sample import EFFECT
 
 SOURCES = ("parameters", "effect", "discrepancy", "mesh", "tolerances", "emulator")
-WORTH = 0.1  # share of the variance from which on a remedy is told
+WORTH = 0.1  # share of the variance from which on a remedy is given
 
 
 def variances(draws: SensorDraws) -> dict[str, float]:

@@ -48,7 +48,7 @@ def read_diagnosis(folder: Path) -> Learnt:
             "draws the model is predicted without an effect, and what it left of the record is carried as model error"
         )
     if bare := [one["label"] for one in model["posterior"] if "residuals" not in one]:
-        warnings.append(_borrowed(folder, bare, _chosen(found)))
+        warnings.append(_substitutes(folder, bare, _chosen(found)))
     said = (
         f"{likely} of the diagnosis' 95 % set by probability, {counts} draws of each from its posterior (joint in "
         "parameters and magnitudes)",
@@ -90,13 +90,13 @@ def _explanation(one: Tree, model: Tree, shape: Tree) -> Explanation:
     )
 
 
-def _borrowed(folder: Path, labels: list[str], chosen: str) -> str:
-    """What stands for the residuals that an earlier version did not store."""
+def _substitutes(folder: Path, labels: list[str], chosen: str) -> str:
+    """A warning that names what is used in place of the residuals that an earlier version did not store."""
     own = [label for label in labels if label in (NONE, chosen)]
-    lent = [label for label in labels if label == SOMETHING_ELSE]
+    unexplained = [label for label in labels if label == SOMETHING_ELSE]
     none = [label for label in labels if label not in (NONE, chosen, SOMETHING_ELSE)]
     parts = [f"{' and '.join(own)}: that of the fit, for all draws"] * bool(own)
-    parts += [f"{SOMETHING_ELSE}: that of {NONE}"] * bool(lent)
+    parts += [f"{SOMETHING_ELSE}: that of {NONE}"] * bool(unexplained)
     parts += [f"{', '.join(none)}: none, the model error as large as the diagnosis states it"] * bool(none)
     return (
         f"{folder} was made by an earlier version, which stored no residual of each draw; in its place stands, of "

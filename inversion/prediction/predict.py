@@ -16,10 +16,10 @@ from birdstrike.data.units import to_si
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.inversion.prediction.answer import (
+    AveragedExplanation,
     Band,
     Limit,
     Prediction,
-    Told,
     exceeded,
     quantiles_of,
     settled,
@@ -205,7 +205,7 @@ def _assembled(
         },
         sources={name: shares(one) for name, one in draws.items()},
         narrowing=narrowing(draws, learnt, list(setting.held), first),
-        explanations=tuple(_told(learnt, setting.carried)),
+        explanations=tuple(_averaged(learnt, setting.carried)),
         posterior=learnt.said,
         tolerances={k: {"value": t.value, "sigma": t.sigma, "unit": t.unit} for k, t in setting.tolerances.items()},
         campaign={
@@ -238,9 +238,9 @@ def tears(case: Case) -> bool:
     return not case.plate.rigid and case.plate.material.failure_strain < NEVER_TEARS
 
 
-def _told(learnt: Learnt, carried: Mapping[str, Carried]) -> list[Told]:
+def _averaged(learnt: Learnt, carried: Mapping[str, Carried]) -> list[AveragedExplanation]:
     return [
-        Told(one.label, one.probability, {label: carried[label].how for label in one.members})
+        AveragedExplanation(one.label, one.probability, {label: carried[label].how for label in one.members})
         for one in learnt.explanations
     ]
 

@@ -143,7 +143,7 @@ def test_the_case_says_units_noise_and_when_the_plate_is_at_rest() -> None:
     expected = Expected.of_case(case, case.time.end, spare=1e-4)
     assert expected.end == pytest.approx(case.time.end - 1e-4)
     offset = case.inversion.nuisance.get("time_offset", 0.0)
-    assert expected.quiet == pytest.approx(case.first_contact - 1e-4 - 4.0 * offset)
+    assert expected.rest_until == pytest.approx(case.first_contact - 1e-4 - 4.0 * offset)
     assert set(expected.units) == set(case.sensors)
 
 
