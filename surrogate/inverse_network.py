@@ -117,6 +117,7 @@ def fit_network(
     "ensemble" (50 networks by Levenberg-Marquardt); hidden: None searches 7 to 14 by cross-validation among the
     training runs; copies: of every training run with noise (inputs,) SI on its inputs, and with nuisances (inputs, s)
     SI, the change of the inputs for one standard deviation of each. outputs: "bounded" or "linear".
+    Raises UserError for an unknown trainer or kind of outputs.
     """
     if outputs not in OUTPUTS:
         raise UserError(f'outputs = "{outputs}" is unknown; use one of: {", ".join(OUTPUTS)}')

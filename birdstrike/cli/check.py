@@ -28,7 +28,7 @@ STATES = {"running": "not finished: running, or stopped midway"}
 def check_campaign(path: Path) -> dict[str, Any]:
     """List what the folder holds, changing nothing; raises UserError where there is no campaign."""
     from birdstrike.doe.campaign.inventory import inventory
-    from birdstrike.inversion.formatting import many
+    from birdstrike.inversion.formatting import listing, many
 
     with progress_bar("reading the runs") as progress:
         found = inventory(path, progress)
@@ -40,11 +40,15 @@ def check_campaign(path: Path) -> dict[str, Any]:
         say(f"run {number} failed: {reason}")
     kept = "kept and not used"
     for version, names in found.other_versions.items():
-        say(f"{kept}: {many(len(names), 'result')} of solver version {version}: {_some(names)}")
+        say(f"{kept}: {many(len(names), 'result')} of solver version {version}: {listing(names, SHOWN)}")
     if found.elsewhere:
-        say(f"{kept}: {many(len(found.elsewhere), 'result')} of another case or design: {_some(found.elsewhere)}")
+        say(
+            f"{kept}: {many(len(found.elsewhere), 'result')} of another case or design: {listing(found.elsewhere, SHOWN)}"
+        )
     if found.damaged:
-        say(f"not used, the runs to be repeated: {many(len(found.damaged), 'damaged file')}: {_some(found.damaged)}")
+        say(
+            f"not used, the runs to be repeated: {many(len(found.damaged), 'damaged file')}: {listing(found.damaged, SHOWN)}"
+        )
     warn(found.altered, CHECKED)
     return {
         "warnings": found.altered,
@@ -57,12 +61,6 @@ def check_campaign(path: Path) -> dict[str, Any]:
         "elsewhere": found.elsewhere,
         "damaged": found.damaged,
     }
-
-
-def _some(names: list[str]) -> str:
-    """The first few of them."""
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(names[:SHOWN]) + more
 
 
 FACTS = {

@@ -22,6 +22,7 @@ def completed(held: Array, runs: int, seed: int, progress: Progress = silent) ->
     The added points' coordinates stand at the middles of `runs` equal cells; each in turn is put where the discrepancy
     of the whole is least, until none moves (coordinate exchange: R. K. Meyer, C. J. Nachtsheim, Technometrics 37 (1995)
     60). The best of several random starts; the same for the same seed. Held points outside 0..1 count at the border.
+    Raises UserError for more than `LARGEST` runs.
     """
     if runs > LARGEST:
         raise UserError(f"--runs = {runs} is above {LARGEST}, the most to which a design is completed")

@@ -35,6 +35,7 @@ def uniform_design(runs: int, columns: int, seed: int, progress: Progress = sile
 
     The best of `STARTS` annealings by swaps, one from the best good-lattice-point design, the rest from random
     permutations (K.-T. Fang, R. Li, A. Sudjianto, Design and Modeling for Computer Experiments, 2006, ch. 3-4).
+    Raises UserError for more than `LARGEST` runs.
     """
     if runs > LARGEST:
         raise UserError(f"--runs = {runs} is outside 2 .. {LARGEST} for a uniform design; use --design sobol")

@@ -189,7 +189,7 @@ def named_records(
 
 
 def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRecord]:
-    """Records with their cases in order; a single case serves all."""
+    """Records with their cases in order; a single case serves all. Raises UserError when their numbers do not fit."""
     cases = [*cases] * (len(records) if len(cases) == 1 else 1)
     if len(cases) != len(records):
         raise UserError(

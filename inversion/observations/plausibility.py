@@ -181,12 +181,13 @@ def _other_trigger(beside: _Beside) -> str:
     held = float(beside.residual[beside.allowed].min())
     if beside.allowed[best] or held < NOISE * rms(channel.noise) or beside.residual[best] > MENDED * held:
         return ""
-    shift = float(beside.shifts[best])
+    late = -1e3 * float(beside.shifts[best])  # ms
+    nearest = quantity(float(beside.residual[best]), channel.unit)
     return (
-        f"{plain(channel.name)} lies beside the runs best when its clock is moved by {-1e3 * shift:+.2f} ms (nearest "
-        f"run at {quantity(float(beside.residual[best]), channel.unit)} instead of {quantity(held, channel.unit)}), "
-        f'which the case does not allow: a late or early trigger? Import it again with --shift "{-1e3 * shift:.2f} ms", '
-        f'or state how well the trigger is known: inversion.nuisance.time_offset = "{abs(1e3 * shift) / 2.0:.1g} ms"'
+        f"{plain(channel.name)} lies beside the runs best when its clock is moved by {late:+.2f} ms (nearest run at "
+        f"{nearest} instead of {quantity(held, channel.unit)}), which the case does not allow: a late or early trigger?"
+        f' Import it again with --shift "{late:.2f} ms", or state how well the trigger is known: '
+        f'inversion.nuisance.time_offset = "{abs(late) / 2.0:.1g} ms"'
     )
 
 

@@ -110,7 +110,10 @@ def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: Pred
 
 
 def prepared(new: Case, known: Learnt, folder: Path, choice: PredictOptions) -> tuple[Setting, dict[str, int]]:
-    """The simulations of the new case with what it takes to draw from them, and how many were paid and reused."""
+    """The simulations of the new case with what it takes to draw from them, and how many were paid and reused.
+
+    Raises UserError for a budget, case, tolerance or effect that cannot be predicted with, RunFailed for too few runs.
+    """
     if choice.budget < LEAST_BUDGET:
         raise UserError(f"--budget = {choice.budget} is below {LEAST_BUDGET}; {BUDGET} is usual")
     refuse_another_bird(known, new)

@@ -153,7 +153,7 @@ def run_due(
 
 
 def result_named(future: Future[float], what: str) -> float:
-    """The result; a failure says which problem or simulation it was."""
+    """The result; raises RunFailed, which says which problem or simulation failed."""
     try:
         return future.result()
     except RunFailed as error:
