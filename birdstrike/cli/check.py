@@ -38,17 +38,12 @@ def check_campaign(path: Path) -> dict[str, Any]:
     say(f"{path}: a campaign of {many(planned, 'run')} ({state}); with solver version {found.version}: {counts}.")
     for number, reason in found.failed.items():
         say(f"run {number} failed: {reason}")
-    kept = "kept and not used"
-    for version, names in found.other_versions.items():
-        say(f"{kept}: {many(len(names), 'result')} of solver version {version}: {listing(names, SHOWN)}")
-    if found.elsewhere:
-        say(
-            f"{kept}: {many(len(found.elsewhere), 'result')} of another case or design: {listing(found.elsewhere, SHOWN)}"
-        )
-    if found.damaged:
-        say(
-            f"not used, the runs to be repeated: {many(len(found.damaged), 'damaged file')}: {listing(found.damaged, SHOWN)}"
-        )
+    kept, again = "kept and not used", "not used, the runs to be repeated"
+    groups = [(f"{kept}: results of solver version {own}", names) for own, names in found.other_versions.items()]
+    groups += [(f"{kept}: results of another case or design", found.elsewhere), (f"{again}: damaged", found.damaged)]
+    for what, names in groups:
+        if names:
+            say(f"{what} ({many(len(names), 'file')}): {listing(names, SHOWN)}")
     warn(found.altered, CHECKED)
     return {
         "warnings": found.altered,

@@ -58,7 +58,7 @@ def test_results_of_an_older_solver_version_are_listed_and_their_runs_are_due(tm
     assert not found.other_versions
     result = CliRunner().invoke(app, ["check", str(tmp_path)])
     assert result.exit_code == 0, result.output
-    assert f"kept and not used: {many(len(older), 'result')} of solver version older: " in result.stdout
+    assert f"kept and not used: results of solver version older ({many(len(older), 'file')}): " in result.stdout
     assert "6 to be run" in result.stdout
 
 
