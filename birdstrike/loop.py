@@ -256,16 +256,13 @@ def _campaign(plan: LoopPlan, progress: Progress) -> None:
     if plan.adopted:
         return  # finished, and found to fit before the first stage
 
-    def counted(counts: RunCounts) -> None:
-        progress(counts.done)
-
     _hand_over(plan)
     run_campaign(
         plan.case,
         plan.design,
         plan.doe,
         workers=plan.workers,
-        progress=counted,
+        progress=lambda counts: progress(counts.done),
         say=plan.say,
         retry=plan.retry,
     )

@@ -17,7 +17,7 @@ from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
 from birdstrike.data.units import quantity_text
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
-from birdstrike.doe.campaign.runner import RunCounts, Runner
+from birdstrike.doe.campaign.runner import Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.doe.external.deck import refuse_missing_in_deck
 from birdstrike.doe.solvers import solver_for
@@ -55,14 +55,10 @@ def run_models(results: Results, progress: Progress | None = None) -> Results:
 
 def _outcomes(cases: Mapping[str, Case], store: RunStore, progress: Progress) -> dict[str, Finished | Failed]:
     """What became of each model's simulation; those that are due run in processes of their own."""
-
-    def counted(counts: RunCounts) -> None:
-        progress(counts.done)
-
     # The longest first: the standard birds, whose kernels may have to be compiled.
     planned = [PlannedRun.of(i, {}, case, solver_for(case, forward.simulate)) for i, case in enumerate(cases.values())]
     planned = [replace(run, case=case) for run, case in zip(planned, cases.values(), strict=True)]
-    runner = Runner(store, planned, counted)
+    runner = Runner(store, planned, lambda counts: progress(counts.done))
     if runner.due:
         workers, case = min(worker_count(None), len(runner.due)), next(iter(cases.values()))
         with process_pool(workers) as pool:
