@@ -43,7 +43,7 @@ from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.refinement import AUTO, refine
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
 from birdstrike.inversion.estimation.verification import write_verification
-from birdstrike.inversion.formatting import quantity
+from birdstrike.inversion.formatting import many, quantity
 from birdstrike.inversion.forward import Forward, StoredSolver
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import TRAINING_FILE, InversionOutcome, invert
@@ -264,8 +264,8 @@ def _with_cases(records: list[Any], cases: list[Any]) -> list[tuple[Any, Any]]:
     """Each record with its case, None for the campaign's own; raises UserError."""
     if cases and len(cases) != len(records):
         raise UserError(
-            f"--measured was given {len(records)} times and --case {len(cases)} times: give each record its case, or "
-            "none"
+            f"{many(len(records), 'record')} (--measured) and {many(len(cases), 'case')} (--case): give each record "
+            "its case, or none"
         )
     return list(zip(records, cases or [None] * len(records), strict=True))
 

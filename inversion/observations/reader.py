@@ -17,7 +17,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.formatting import many, plain, quantity
 from birdstrike.inversion.observations.baseline import Baseline
 from birdstrike.inversion.observations.high_frequency import white_scatter
 from birdstrike.inversion.observations.noise import BeforeContact, Noise, Stated, channel_noise, with_digitiser
@@ -304,7 +304,7 @@ def _refuse_few(
     if len(kept) >= fewest:
         return
     span = f"{expected.start * 1e3:g} .. {expected.end * 1e3:g} ms"
-    where = f'"{name}" in {measured.path} has {len(kept)} points in the simulated record {span}'
+    where = f'"{name}" in {measured.path} has {many(len(kept), "point")} in the simulated record {span}'
     others = (
         (CLIPPED, "clipped"),
         (SATURATED, "saturated"),
