@@ -40,9 +40,9 @@ from birdstrike.inversion.diagnosis.before_and_after import (
     SolverRun,
     hold_out,
     other_record,
+    predicted_parts,
     predicts_better,
     run_at,
-    told_parts,
 )
 from birdstrike.inversion.diagnosis.discrepancy import STATED, Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
@@ -203,7 +203,7 @@ class Pipeline:
         if chosen and heldout is not None:
             close = [*close, *_worse_held_out(chosen, held)]
         if chosen:
-            held = {**held, chosen: told_parts(ranking.models[chosen].members[0], held[chosen])}
+            held = {**held, chosen: predicted_parts(ranking.models[chosen].members[0], held[chosen])}
         shot, detectable = self.shots[0], minimum_detectable(ranking)
         best = runs.get(f"{self._shot_with(ranking, chosen)} after")
         figures = effect_figures(ranking, required, chosen if best else None)
@@ -293,7 +293,7 @@ class Pipeline:
         return ShotStates(shot.name, shot.setup.plan.case.name, before, after)
 
     def _baseline_figures(self, ranking: Ranking, detectable: Mapping[str, float | None]) -> dict[str, Any] | None:
-        """What the baselines told, and by how much smaller they make what can be detected."""
+        """What the baselines show, and by how much smaller they make what can be detected."""
         if not self.baselines.shots:
             return None
         known = unknown_or_stated(kinds_of(self.shots), {})

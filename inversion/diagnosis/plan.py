@@ -27,7 +27,7 @@ from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.registry import effects_of
 
 COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
-"""Particles of the campaign (a quarter of a second a particle-millisecond is bought here), least shells a side."""
+"""Particles of the campaign, and the least number of shells a side."""
 RUNS = 25  # of the campaign
 RESPONSE_PARTICLES = 3000  # at most, of the simulations with effects: friction drowns in the scatter of 1000
 LATTICES = 4  # fine simulations that are repeated on the other lattice

@@ -446,7 +446,7 @@ def _refit_best(problem: Problem, singles: Sequence[Hypothesis], found: Standing
 
 
 def _refit_at_best(problem: Problem, models: Mapping[str, Hypothesis], found: Standings) -> dict[str, Standing]:
-    """None and the singles that were refitted, from the place of the best of them too: all compared at one hill.
+    """None and the singles that were refitted, from the place of the best of them too: all compared at one maximum.
 
     Where none lies better there, the singles that were judged about it are judged about it anew.
     """

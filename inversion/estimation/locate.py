@@ -182,9 +182,9 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
     sentences: list[str] = []
     lost = [str(int(run)) for run in dataset.runs[~dataset.smooth]]
     if lost:
-        many = "s" if len(lost) > 1 else ""
         limit = f"{100 * dataset.smooth_loss:g} % of the bird"
-        sentences.append(f"run{many} {', '.join(lost)} lost more than {limit}: the emulator leaves them out")
+        which = f"{'run' if len(lost) == 1 else 'runs'} {', '.join(lost)}"
+        sentences.append(f"{which} lost more than {limit}: the emulator leaves them out")
     for i, name in enumerate(dataset.names):
         for low, high in _gaps(emulator, dataset, i):
             (start, unit), (end, _) = dataset.shown(i, low), dataset.shown(i, high)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 from sklearn.utils.extmath import svd_flip
 
@@ -317,7 +318,7 @@ def correct_campaign(
 
 
 def _fine_runs(
-    dataset: Dataset, fine: Forward, chosen: Array, channels: Sequence[str], progress: Progress
+    dataset: Dataset, fine: Forward, chosen: NDArray[np.intp], channels: Sequence[str], progress: Progress
 ) -> tuple[list[int], Array]:
     """Rows of a campaign whose simulation on the fine mesh finished, and its stacked curves (rows, instants), SI.
 

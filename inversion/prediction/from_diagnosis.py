@@ -1,4 +1,4 @@
-"""What a diagnosis tells: its credible set with draws of each model, its discrepancy, its residuals."""
+"""What a prediction takes from a diagnosis: credible set, draws of each of its models, discrepancy, residuals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Tree = Mapping[str, Any]
 
 
 def read_diagnosis(folder: Path) -> Learnt:
-    """What a diagnosis' folder tells; raises UserError for one that is incomplete or of an earlier version."""
+    """From the folder of a diagnosis; raises UserError for one that is incomplete or of an earlier version."""
     found = Diagnosis.read(folder / "diagnosis.json")
     missing = [name for name in (FILE, "case.toml") if not (folder / name).is_file()]
     model = {} if missing else load_tree(folder / FILE)

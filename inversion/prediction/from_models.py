@@ -1,4 +1,4 @@
-"""What a comparison of bird models tells: each by its probability of being the best, with draws of its posterior."""
+"""What a prediction takes from a comparison of bird models: probabilities of being the best, posterior draws."""
 
 from __future__ import annotations
 
@@ -36,8 +36,7 @@ LEAST = 0.02  # probability of being the best below which a model is left out
 
 
 def read_models(folder: Path, model: str = "") -> Learnt:
-    """What a calibrate-models' folder tells, of one model alone where it is named; raises UserError for one without
-    draws."""
+    """From the folder of calibrate-models; model: this one alone. Raises UserError where none, or not it, is ranked."""
     content = read_comparison(folder, model)
     shares = {name: float(content["models"][name].get("probability_best") or 0.0) for name in content["ranking"]}
     likely = [name for name, share in shares.items() if share >= LEAST] or list(content["ranking"][:1])

@@ -148,7 +148,7 @@ def test_the_case_says_units_noise_and_when_the_plate_is_at_rest() -> None:
 
 
 def test_a_channel_with_too_few_points_is_refused_with_their_number() -> None:
-    with pytest.raises(MeasuredError, match=r"1 points in the simulated record .* and needs 3"):
+    with pytest.raises(MeasuredError, match=r"has 1 point in the simulated record .* and needs 3"):
         read_record(measured(), replace(EXPECTED, start=1e-3 - 1e-9, end=1e-3), fewest=3)
     stuck = {CHANNEL: np.full(len(CLOCK), 1e-3)}
     with pytest.raises(MeasuredError, match=r"reads 1 mm everywhere: a dead or saturated sensor.*--channels"):
