@@ -12,17 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.paths import resolve_measured
-from birdstrike.stages import (
-    Display,
-    Ledger,
-    Progress,
-    Stage,
-    digest,
-    inputs_of_diagnosis,
-    quiet,
-    run_stages,
-    source_digest,
-)
+from birdstrike.data.progress import Display, Progress, no_display
+from birdstrike.stages import Ledger, Stage, digest, inputs_of_diagnosis, run_stages, source_digest
 
 if TYPE_CHECKING:
     from birdstrike.doe.campaign.runner import RunCounts
@@ -104,7 +95,7 @@ def close_the_loop(
     baseline_bird: str | None = None,
     doe: str | Path | None = None,
     heldout: str | Path | None = None,
-    display: Display = quiet,
+    display: Display = no_display,
     say: Callable[[str], None] = warnings.warn,
 ) -> dict[str, Any]:
     """Run what is due of the whole loop and return the content of `out/close_the_loop.json`.
@@ -265,16 +256,13 @@ def _campaign(plan: LoopPlan, progress: Progress) -> None:
     if plan.adopted:
         return  # finished, and found to fit before the first stage
 
-    def counted(counts: RunCounts) -> None:
-        progress(counts.done)
-
     _hand_over(plan)
     run_campaign(
         plan.case,
         plan.design,
         plan.doe,
         workers=plan.workers,
-        progress=counted,
+        progress=lambda counts: progress(counts.done),
         say=plan.say,
         retry=plan.retry,
     )

@@ -6,12 +6,12 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterable
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from birdstrike.data.files import plain, write_json
+from birdstrike.data.progress import Display, Progress, no_display
 
 if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case
@@ -19,10 +19,6 @@ if TYPE_CHECKING:
 PACKAGE = Path(__file__).parent
 SOURCES = (".py", ".j2")
 STILL_VALID = "still valid"  # ends the heading of a stage that is not done again
-
-Progress = Callable[[float], None]
-Display = Callable[[str], AbstractContextManager[Progress]]
-"""Shows a stage's heading and gives what takes its progress, 0..1."""
 
 
 @dataclass(frozen=True)
@@ -68,12 +64,7 @@ class Ledger:
         return self.read()
 
 
-def quiet(_: str) -> AbstractContextManager[Progress]:
-    """No display."""
-    return nullcontext(lambda _: None)
-
-
-def run_stages(stages: Iterable[Stage], ledger: Ledger, display: Display = quiet) -> None:
+def run_stages(stages: Iterable[Stage], ledger: Ledger, display: Display = no_display) -> None:
     """Run what is due, in order, noting each stage as soon as it is done: the next call resumes behind it."""
     for stage in stages:
         done, fingerprint = ledger.read().get("stages", {}), stage.fingerprint()

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -160,6 +161,13 @@ def read_measured(path: str | Path) -> Measured:
 def as_measured(record: str | Path | Measured) -> Measured:
     """A record as it is, anything else as `read_measured` reads the file, or the shipped curve of that name."""
     return record if isinstance(record, Measured) else read_measured(resolve_measured(record))
+
+
+def as_list(given: Any) -> list[Any]:
+    """What was given once or several times, such as records or their cases, as a list; None is none."""
+    if given is None:
+        return []
+    return list(given) if isinstance(given, list | tuple) else [given]
 
 
 def _is_foreign(error: str) -> bool:

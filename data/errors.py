@@ -33,7 +33,7 @@ class MeasuredError(UserError):
 
 
 class RunFailed(Exception):
-    """A run of the solver that cannot be believed: why, and what to change."""
+    """A run of the solver that failed, or whose result is refused: why, and what to change."""
 
     exit_code = 2
 

@@ -179,7 +179,7 @@ def scaled(number: str, unit: str) -> float:
 
 
 def parts(text: str) -> tuple[str, str]:
-    """Number and unit of a quantity's text, both still text: parts("10 mm") is ("10", "mm")."""
+    """Number and unit of a quantity's text, both still text: parts("10 mm") is ("10", "mm"); raises UnitError."""
     match, comma = _QUANTITY.fullmatch(text), decimal_comma(text)
     if match is None or comma:
         raise UnitError(f'"{text}" {comma or "is not a number with a unit"}')

@@ -35,12 +35,25 @@ def many(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
+def listing(parts: Sequence[str], most: int | None = None) -> str:
+    """ "a, b and c"; of more than `most` the rest as a number: "a, b and 4 more"."""
+    shown = list(parts[:most])
+    rest = len(parts) - len(shown)
+    last = [f"{rest} more"] if rest else shown[-1:]
+    return " and ".join(filter(None, (", ".join(shown if rest else shown[:-1]), *last)))
+
+
 def provenance(shots: Sequence[str], simulated: Sequence[str]) -> str:
     """ "The record is measured"; where only some of several shots are simulated, these by name."""
     some = simulated if 0 < len(simulated) < len(shots) else []
     records, be = ("records", "are") if len(some or shots) > 1 else ("record", "is")
     which = f" of {', '.join(some)}" if some else ""
     return f"The {records}{which} {be} {'simulated, not measured' if simulated else 'measured'}"
+
+
+def provenance_of(content: Mapping[str, Any], shots: Sequence[str]) -> str:
+    """`provenance` by a results file's record; one that does not name its simulated shots has all or none."""
+    return provenance(shots, content.get("simulated_shots", shots if content["simulated"] else []))
 
 
 def runs_near_the_fits(refinement: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ from typing import Protocol, runtime_checkable
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
+from birdstrike.data.progress import Progress
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.run import Failed, PlannedRun, carried_out
 from birdstrike.doe.solvers import solver_for
@@ -16,13 +17,6 @@ from birdstrike.solver.simulate import simulate
 
 Forward = Callable[[Mapping[str, float]], Histories]
 """forward({dotted case key: SI value}) -> Histories; may raise RunFailed."""
-
-Progress = Callable[[float], None]
-"""Takes the share of the work that is done, 0..1."""
-
-
-def silent(_: float) -> None:
-    """The progress that nobody watches."""
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress, silent
 from birdstrike.inversion.estimation.known_errors import Columns, poor, stacked
 from birdstrike.inversion.estimation.locate import (
     InversionOptions,
@@ -22,7 +23,7 @@ from birdstrike.inversion.estimation.posterior import Posterior
 from birdstrike.inversion.estimation.proposal import Proposal, by_emulator, by_network, too_coarse
 from birdstrike.inversion.estimation.time_origin import clock_drift
 from birdstrike.inversion.estimation.verification import VerificationRun, channel_scores, overall, verify
-from birdstrike.inversion.forward import Forward, Progress, silent, watched
+from birdstrike.inversion.forward import Forward, watched
 from birdstrike.inversion.identifiability.summary import identifiability_figures, posterior_figures
 from birdstrike.inversion.misfit import finite, rms, whitened
 from birdstrike.inversion.observations.observations import Observations

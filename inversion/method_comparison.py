@@ -16,11 +16,13 @@ from scipy.optimize import least_squares
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.posterior import sample
+from birdstrike.inversion.formatting import many
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.identifiability.information import bound
 from birdstrike.inversion.misfit import rmse
@@ -49,8 +51,7 @@ class Condition:
     channels: tuple[str, ...]
 
     def __str__(self) -> str:
-        many = "1 channel" if len(self.channels) == 1 else f"{len(self.channels)} channels"
-        return f"{self.noise * 1e3:g} mm, {self.points} points, {many}"
+        return f"{self.noise * 1e3:g} mm, {self.points} points, {many(len(self.channels), 'channel')}"
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ def conditions(channels: tuple[str, ...]) -> list[Condition]:
 
 
 def score_methods(
-    bench: KnownCase, channels: tuple[str, ...], progress: Callable[[float], None] | None = None
+    bench: KnownCase, channels: tuple[str, ...], progress: Progress | None = None
 ) -> Iterator[MethodScore]:
     """Every method under every condition, each answer verified by the solver."""
     chosen = conditions(channels)

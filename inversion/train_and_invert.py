@@ -10,11 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, as_measured, only_channels, read_histories, refuse_twice, write_histories
+from birdstrike.data.curves import (
+    Measured,
+    as_list,
+    as_measured,
+    only_channels,
+    read_histories,
+    refuse_twice,
+    write_histories,
+)
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.results import load_dataset
@@ -34,8 +43,8 @@ from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.refinement import AUTO, refine
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
 from birdstrike.inversion.estimation.verification import write_verification
-from birdstrike.inversion.formatting import quantity
-from birdstrike.inversion.forward import Forward, Progress, StoredSolver, silent
+from birdstrike.inversion.formatting import many, quantity
+from birdstrike.inversion.forward import Forward, StoredSolver
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import TRAINING_FILE, InversionOutcome, invert
 from birdstrike.inversion.observations.filters import FilteredForward, filtered_dataset, filtered_record
@@ -137,7 +146,7 @@ def train_and_invert(
         When no verification run finishes.
     """
     folder, more = Path(out), extras or Extras()
-    folders = [Path(one) for one in _listed(doe_dir)]
+    folders = [Path(one) for one in as_list(doe_dir)]
     options = InversionOptions(
         trainer=trainer,
         method=method,
@@ -151,7 +160,7 @@ def train_and_invert(
     )
     if "network" not in options.methods():
         _refuse_network_s(options)
-    cases = _listed(case)
+    cases = as_list(case)
     if len(folders) > 1 and not cases:
         raise UserError(
             f"{len(folders)} campaign folders were given and no --case: say which record belongs to which campaign by "
@@ -160,7 +169,7 @@ def train_and_invert(
     retry = more.retry or retry_before(more.retry_failed)
     if more.mesh_correction:
         _refuse_second_mesh(more, forward)
-    records = only_channels([as_measured(one) for one in _listed(measured)], more.channels)
+    records = only_channels([as_measured(one) for one in as_list(measured)], more.channels)
     pairs = _with_cases(records, cases)
     report, share = progress or silent, 0.5 if more.mesh_correction else 0.0
     call = _Call(folders, folder, options, more, forward, retry)
@@ -251,19 +260,12 @@ def _refinable(options: InversionOptions, more: Extras) -> bool:
     return more.refine != AUTO or "emulator" in options.methods()
 
 
-def _listed(given: Any) -> list[Any]:
-    """What was given once or several times, as a list; None is none."""
-    if given is None:
-        return []
-    return list(given) if isinstance(given, list | tuple) else [given]
-
-
 def _with_cases(records: list[Any], cases: list[Any]) -> list[tuple[Any, Any]]:
     """Each record with its case, None for the campaign's own; raises UserError."""
     if cases and len(cases) != len(records):
         raise UserError(
-            f"--measured was given {len(records)} times and --case {len(cases)} times: give each record its case, or "
-            "none"
+            f"{many(len(records), 'record')} (--measured) and {many(len(cases), 'case')} (--case): give each record "
+            "its case, or none"
         )
     return list(zip(records, cases or [None] * len(records), strict=True))
 

@@ -7,7 +7,7 @@ the runs nearby.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress
 from birdstrike.surrogate.features import Region, covered, features, regions, runs_needed
 from birdstrike.surrogate.gaussian_process import GaussianProcess, LocalVariance, student_inflation
 from birdstrike.surrogate.run_scatter import factors_between, shrunk_correlation
@@ -192,7 +193,7 @@ def fit_emulator(
     dataset: Dataset,
     channels: Sequence[str],
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Emulator:
     """Fit the given channels of a campaign's smooth runs; raises UserError when those are too few.
 

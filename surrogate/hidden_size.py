@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress
 from birdstrike.surrogate.network import Shape, forward
 from birdstrike.surrogate.trainers.ensemble import starts, train
 from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
@@ -36,7 +37,7 @@ def search(
     sizes: Sequence[int] = SIZES,
     seed: int = 0,
     settings: Settings | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[HiddenSize, ...]:
     """Sizes with their errors, in the order given; x (n, inputs), t (n, outputs) scaled. A fold: every fourth row."""
     found: list[HiddenSize] = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress
 from birdstrike.surrogate import hidden_size
 from birdstrike.surrogate.holdout import held_out
 from birdstrike.surrogate.network import Shape, forward, nguyen_widrow
@@ -104,7 +105,7 @@ def fit_network(
     trainer: str = "lm",
     hidden: int | None = HIDDEN,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     noise: Array | None = None,
     copies: int = 0,
     outputs: str = "bounded",
@@ -116,6 +117,7 @@ def fit_network(
     "ensemble" (50 networks by Levenberg-Marquardt); hidden: None searches 7 to 14 by cross-validation among the
     training runs; copies: of every training run with noise (inputs,) SI on its inputs, and with nuisances (inputs, s)
     SI, the change of the inputs for one standard deviation of each. outputs: "bounded" or "linear".
+    Raises UserError for an unknown trainer or kind of outputs.
     """
     if outputs not in OUTPUTS:
         raise UserError(f'outputs = "{outputs}" is unknown; use one of: {", ".join(OUTPUTS)}')

@@ -1,4 +1,4 @@
-"""How far an emulator may be believed: leave-one-out prediction of its own runs."""
+"""Accuracy of an emulator: leave-one-out prediction of its own runs."""
 
 from __future__ import annotations
 

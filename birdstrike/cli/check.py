@@ -28,21 +28,22 @@ STATES = {"running": "not finished: running, or stopped midway"}
 def check_campaign(path: Path) -> dict[str, Any]:
     """List what the folder holds, changing nothing; raises UserError where there is no campaign."""
     from birdstrike.doe.campaign.inventory import inventory
+    from birdstrike.inversion.formatting import listing, many
 
     with progress_bar("reading the runs") as progress:
         found = inventory(path, progress)
     planned = len(found.finished) + len(found.failed) + len(found.due)
     counts = f"{len(found.finished)} finished, {len(found.failed)} failed, {len(found.due)} to be run"
     state = STATES.get(found.state, found.state)
-    say(f"{path}: a campaign of {planned} runs ({state}); with solver version {found.version}: {counts}.")
+    say(f"{path}: a campaign of {many(planned, 'run')} ({state}); with solver version {found.version}: {counts}.")
     for number, reason in found.failed.items():
         say(f"run {number} failed: {reason}")
-    for version, names in found.other_versions.items():
-        say(f"{len(names)} results of solver version {version} are kept and not used: {_some(names)}")
-    if found.elsewhere:
-        say(f"{len(found.elsewhere)} results belong to another case or design: {_some(found.elsewhere)}")
-    if found.damaged:
-        say(f"{len(found.damaged)} files are damaged and not used, their runs will be repeated: {_some(found.damaged)}")
+    kept, again = "kept and not used", "not used, the runs to be repeated"
+    groups = [(f"{kept}: results of solver version {own}", names) for own, names in found.other_versions.items()]
+    groups += [(f"{kept}: results of another case or design", found.elsewhere), (f"{again}: damaged", found.damaged)]
+    for what, names in groups:
+        if names:
+            say(f"{what} ({many(len(names), 'file')}): {listing(names, SHOWN)}")
     warn(found.altered, CHECKED)
     return {
         "warnings": found.altered,
@@ -55,12 +56,6 @@ def check_campaign(path: Path) -> dict[str, Any]:
         "elsewhere": found.elsewhere,
         "damaged": found.damaged,
     }
-
-
-def _some(names: list[str]) -> str:
-    """The first few of them."""
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(names[:SHOWN]) + more
 
 
 FACTS = {

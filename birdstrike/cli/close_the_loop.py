@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
@@ -25,6 +25,7 @@ from birdstrike.cli.frame import (
 )
 from birdstrike.cli.next_steps import command_line
 from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.progress import Progress
 
 DESIGN, RUNS = "uniform", 25
 
@@ -106,7 +107,7 @@ def command(
 
 
 @contextmanager
-def stage_display(heading: str) -> Iterator[Callable[[float], None]]:
+def stage_display(heading: str) -> Iterator[Progress]:
     """A line with the stage's heading, and its bar below."""
     say(heading)
     with progress_bar(f"  {heading.split(':')[0].lower()}") as progress:

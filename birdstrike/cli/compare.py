@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json as json_text
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +11,7 @@ import typer
 
 from birdstrike.cli.frame import Json, Settings, framed, overrides, progress_bar, say, warn
 from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.data.progress import Progress
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
@@ -27,7 +28,7 @@ def compare(
     deck: str | Path | None = None,
     theirs: str = "the other code",
     settings: Mapping[str, Any] | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Simulate a case, set another code's curves of its sensors beside ours, and write figures of merit and a page.
 
@@ -96,7 +97,7 @@ def _by_name(path: Path) -> Histories:
     return Histories(record.time, dict(record.channels), dict(record.units))
 
 
-def _ours(case: Case, folder: Path, key: Mapping[str, str], progress: Callable[[float], None] | None) -> Histories:
+def _ours(case: Case, folder: Path, key: Mapping[str, str], progress: Progress | None) -> Histories:
     """Our run; that of the folder where it is of the same case and solver."""
     from birdstrike.data.curves import read_histories
     from birdstrike.doe.solvers import solver_for

@@ -118,8 +118,10 @@ def _bench(doe: Path, out: Path, case: str, retry_failed: bool) -> tuple[KnownCa
 
 
 def displacement_first(case: str, dataset: Dataset) -> tuple[str, ...]:
-    """The channels in their order, but a displacement first: the noise of all is in proportion to its, in mm."""
+    """The channels in their order, but a displacement first: the noise of all is in proportion to its, in mm.
 
+    Raises UserError where no channel is a displacement.
+    """
     first = next((name for name, unit in dataset.channel_units.items() if unit == "m"), None)
     if first is None:
         raise UserError(

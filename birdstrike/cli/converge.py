@@ -13,6 +13,7 @@ from rich.table import Table
 
 from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
 from birdstrike.cli.next_steps import following, set_again
+from birdstrike.data.progress import Progress, silent
 
 if TYPE_CHECKING:
     from birdstrike.doe.attempt import Simulate
@@ -31,7 +32,7 @@ def converge(
     meshes: int = MESHES,
     place: str = "auto",
     workers: int | None = None,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = silent,
     announce: Callable[[list[Mesh]], None] = lambda _: None,
     simulate: Simulate | None = None,
     retry_failed: bool = False,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from enum import StrEnum
 from pathlib import Path
@@ -30,7 +30,8 @@ from birdstrike.cli.frame import (
     warn,
 )
 from birdstrike.cli.next_steps import following
-from birdstrike.stages import STILL_VALID, Ledger, Stage, inputs_of_diagnosis, quiet, run_stages
+from birdstrike.data.progress import Progress, no_display
+from birdstrike.stages import STILL_VALID, Ledger, Stage, inputs_of_diagnosis, run_stages
 
 if TYPE_CHECKING:
     from birdstrike.inversion.results.diagnosis import Diagnosis
@@ -117,7 +118,7 @@ def command(
             baseline_bird=baseline_bird,
         )
 
-    def run(_: Callable[[float], None]) -> None:
+    def run(_: Progress) -> None:
         diagnose(cases, measured, out, doe, heldout, options, retry_failed, baseline, clean, named, baseline_bird)
 
     outputs = tuple(out / name for name in ("diagnosis.json", "diagnosis.csv", "model.npz"))
@@ -134,14 +135,14 @@ def command(
     return {"out": str(out), "diagnosis": str(out / "diagnosis.json"), "page": str(page), **summary(found)}
 
 
-def _if_still_valid(heading: str) -> AbstractContextManager[Callable[[float], None]]:
+def _if_still_valid(heading: str) -> AbstractContextManager[Progress]:
     """Says that the same call was answered before; one that is computed has bars of its own."""
     if heading.endswith(STILL_VALID):
         say(heading)
-    return quiet(heading)
+    return no_display(heading)
 
 
-def shown(label: str) -> AbstractContextManager[Callable[[float], None]]:
+def shown(label: str) -> AbstractContextManager[Progress]:
     """A bar of its own for each part of the work."""
     return progress_bar(label)
 

@@ -226,7 +226,7 @@ def factors_of(texts: Mapping[str, str]) -> tuple[dict[str, float], dict[str, st
 
 
 def factor_of(text: str) -> tuple[float, str, str]:
-    """A factor, and where it has a unit such as mm/V the unit it gives and the one it takes."""
+    """A factor, and where it has a unit such as mm/V the unit it gives and the one it takes; raises UserError."""
     match = re.fullmatch(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(?:(\S.*?)\s*/\s*([^/]+?))?\s*", text)
     try:
         number = float(match[1]) if match else float("nan")

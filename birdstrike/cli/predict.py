@@ -28,7 +28,7 @@ from birdstrike.data.errors import UserError
 if TYPE_CHECKING:
     from birdstrike.inversion.prediction.answer import Prediction
 
-TOLD = 0.01  # share of the variance that is told
+REPORTED = 0.01  # share of the variance from which on a source is printed
 
 
 @framed
@@ -160,7 +160,7 @@ def closing(found: Prediction, out: Path, page: Path) -> Iterator[str]:
     from birdstrike.inversion.prediction.answer import limit_words, tearing_words
 
     for name, shares in found.sources.items():
-        parts = sorted(((share, source) for source, share in shares.items() if share >= TOLD), reverse=True)
+        parts = sorted(((share, source) for source, share in shares.items() if share >= REPORTED), reverse=True)
         if parts:
             told = ", ".join(f"{source} {100.0 * share:.0f} %" for share, source in parts)
             yield f"variance of the largest {plain(name)}: {told}"

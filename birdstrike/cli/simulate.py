@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,6 +14,7 @@ from birdstrike.cli.check import pieces
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say, warn
 from birdstrike.cli.next_steps import following, set_again
 from birdstrike.data.errors import UserError
+from birdstrike.data.progress import Progress
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
@@ -26,7 +26,7 @@ def simulate(
     *,
     step_factor: float = 1.0,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Histories:
     """Simulate one shot of a case file, a shipped case's name or a loaded case (see solver.simulate)."""
     from birdstrike.doe.solvers import solver_for

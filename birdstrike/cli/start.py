@@ -16,6 +16,7 @@ from birdstrike.cli.close_the_loop import diagnosis_lines, stage_display
 from birdstrike.cli.frame import Json, Workers, errors, framed, say, warn
 from birdstrike.cli.next_steps import command_line
 from birdstrike.data.errors import CaseError, UserError
+from birdstrike.data.progress import Display, no_display
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from birdstrike.questions.cost import Part
     from birdstrike.questions.shot import Shot
     from birdstrike.solver.case.case import Case
-    from birdstrike.stages import Display
 
 ANSWERS, SECTIONS = "answers.toml", ("plate", "bird", "impact")
 MOST_WARNINGS = 3
@@ -174,7 +174,6 @@ def _sum(found: tuple[Part, ...]) -> str:
 def finish(begun: Begun, workers: int | None, display: Display | None, say: Callable[[str], None]) -> dict[str, Any]:
     """Import the record and close the loop; raises what these do."""
     from birdstrike.loop import close_the_loop
-    from birdstrike.stages import quiet
 
     _import(begun, say)
     say(f"The loop: {command_line('close-the-loop', begun.case_file, '--measured', begun.record, '--out', begun.loop)}")
@@ -185,7 +184,7 @@ def finish(begun: Begun, workers: int | None, display: Display | None, say: Call
         runs=begun.shot.runs,
         workers=workers,
         diagnosis=begun.shot.diagnosis,
-        display=display or quiet,
+        display=display or no_display,
         say=say,
     )
     files = {"case_file": begun.case_file, "record": begun.record, "answers": begun.out / ANSWERS}
@@ -269,7 +268,7 @@ def _simulated(begun: Begun, say: Callable[[str], None]) -> Histories:
 
 def last_screen(closed: Mapping[str, Any], loop: Path) -> Iterator[str]:
     """What was found, in words of one screen."""
-    from birdstrike.inversion.formatting import quantity, span
+    from birdstrike.inversion.formatting import many, quantity, span
     from birdstrike.inversion.results.inversion import Inversion
     from birdstrike.reports.figures.quantities import parameter_label
 
@@ -298,7 +297,7 @@ def last_screen(closed: Mapping[str, Any], loop: Path) -> Iterator[str]:
     warnings = list(dict.fromkeys(closed["warnings"]))
     yield from (f"  Warning: {line}" for line in warnings[:MOST_WARNINGS])
     if more := len(warnings[MOST_WARNINGS:]):
-        yield f"  {more} more warning{'s' if more > 1 else ''} in the report."
+        yield f"  {many(more, 'more warning')} in the report."
     yield f"Report: {closed['paths']['report']}; the case: {closed['case_file']}; the answers: {closed['answers']}"
     yield f"Next: open the report in a browser; the cards: {command_line('export', loop)}"
 

@@ -28,13 +28,9 @@ class Part:
         return self.runs * self.each
 
 
-def parts(case: Case, runs: int, diagnosis: bool, measured: float | None = None) -> tuple[Part, ...]:
-    """Campaign, verification and diagnosis, each by the estimate of `birdstrike check`.
-
-    measured: seconds that one simulation of the case has taken on this machine; the estimates are scaled by it.
-    """
+def parts(case: Case, runs: int, diagnosis: bool) -> tuple[Part, ...]:
+    """Campaign, verification, bird models of the report and diagnosis, each by the estimate of `birdstrike check`."""
     own = _seconds(case)
-    factor = measured / own if measured else 1.0
     found = [
         Part("campaign", runs, own),
         Part("verification of both answers", VERIFICATIONS, own),
@@ -51,7 +47,7 @@ def parts(case: Case, runs: int, diagnosis: bool, measured: float | None = None)
             ),
             Part("diagnosis: before and after", FITS, own),
         ]
-    return tuple(Part(part.what, part.runs, part.each * factor) for part in found)
+    return tuple(found)
 
 
 def minutes(found: Iterable[Part], workers: int) -> float:

@@ -194,7 +194,7 @@ def read_loose_table(path: str | Path, decimal: str = "", single: bool = False) 
 
 
 def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: bool = False) -> LooseTable:
-    """The table in the lines of a file; see `read_loose_table`."""
+    """The table in the lines of a file; see `read_loose_table`. Raises MeasuredError with the lines at fault."""
     start, delimiter = _begin(path, lines, single)
     width = len(_cells(lines[start], delimiter))
     body = [

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.folder import CampaignFolder, design_rows
 from birdstrike.doe.campaign.run import PlannedRun, plan
@@ -43,7 +44,7 @@ class Inventory:
     altered: list[str] = field(default_factory=list)
 
 
-def inventory(path: str | Path, progress: Callable[[float], None] = lambda _: None) -> Inventory:
+def inventory(path: str | Path, progress: Progress = silent) -> Inventory:
     """Read every file of the campaign in `path`, changing none; raises UserError where there is no campaign."""
     folder = CampaignFolder(Path(path))
     if not folder.design.exists() or not (folder.path / "case.toml").exists():

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress, silent
 from birdstrike.doe.campaign.folder import CampaignFolder, design_rows, rows_digest, space_json
 from birdstrike.doe.designs.completion import completed
-from birdstrike.doe.designs.design import Design, Progress
+from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.registry import KINDS, make_design
 from birdstrike.doe.designs.space import ParameterSpace
 
@@ -22,7 +23,7 @@ def planned_design(
     runs: int,
     seed: int,
     out: str | Path,
-    progress: Progress = lambda _: None,
+    progress: Progress = silent,
 ) -> Design:
     """`make_design`, but of a campaign in `out` of the same kind, seed and ranges its runs stay, bit for bit.
 

@@ -56,7 +56,10 @@ class Simulations:
         self._stack.__exit__(*error)  # pyright: ignore[reportArgumentType]
 
     def run(self, cases: Mapping[str, Case]) -> dict[str, Histories]:
-        """Histories of the cases by their labels; those that fail twice are left out and noted in `failures`."""
+        """Histories of the cases by their labels; those that fail are left out and noted in `failures`.
+
+        Raises MachineFailure where memory, the disk or a signal ended a run.
+        """
         planned = {label: _planned(i, case) for i, (label, case) in enumerate(cases.items())}
         for run in planned.values():
             self._fetch(run)

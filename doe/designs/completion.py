@@ -6,7 +6,7 @@ import numpy as np
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.doe.designs.design import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.doe.designs.quality import cd2
 from birdstrike.doe.designs.uniform import LARGEST
 
@@ -16,12 +16,13 @@ WORK = 1e9
 their product with the runs squared, whichever is reached first (15 runs added to 25 of 4 parameters: about 1 s)."""
 
 
-def completed(held: Array, runs: int, seed: int, progress: Progress = lambda _: None) -> Array:
+def completed(held: Array, runs: int, seed: int, progress: Progress = silent) -> Array:
     """`runs` points (runs, k) in 0..1, the first of them `held` (n, k), of a low centred L2 discrepancy.
 
     The added points' coordinates stand at the middles of `runs` equal cells; each in turn is put where the discrepancy
     of the whole is least, until none moves (coordinate exchange: R. K. Meyer, C. J. Nachtsheim, Technometrics 37 (1995)
     60). The best of several random starts; the same for the same seed. Held points outside 0..1 count at the border.
+    Raises UserError for more than `LARGEST` runs.
     """
     if runs > LARGEST:
         raise UserError(f"--runs = {runs} is above {LARGEST}, the most to which a design is completed")

@@ -10,11 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress
 from birdstrike.doe.designs.quality import Quality, weakest_quality
 from birdstrike.doe.designs.space import ParameterSpace
-
-Progress = Callable[[float], None]
-"""Takes the share done, 0..1, of a design that is searched for."""
 
 Generate = Callable[[int, int, int, Progress], Array]
 """generate(runs, columns, seed, progress) -> (runs, columns) in 0..1, the same for the same seed; raises UserError."""

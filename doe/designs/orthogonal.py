@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.doe.designs.design import DesignKind, Progress
+from birdstrike.data.progress import Progress, silent
+from birdstrike.doe.designs.design import DesignKind
 from birdstrike.doe.designs.quality import cd2
 
 Levels = NDArray[np.int64]
@@ -24,7 +25,7 @@ WORK = 3e8
 """Descents of the permutation, and a bound on the discrepancies computed in all of them times runs squared."""
 
 
-def orthogonal_design(runs: int, columns: int, seed: int, progress: Progress = lambda _: None) -> Array:  # noqa: ARG001
+def orthogonal_design(runs: int, columns: int, seed: int, progress: Progress = silent) -> Array:  # noqa: ARG001
     """(runs, columns) in 0..1 at q levels (2i - 1)/(2q); every two columns hold every pair of levels equally often.
 
     UserError names the run counts that exist for so many columns.

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from birdstrike.data.errors import UserError
-from birdstrike.doe.designs.design import Design, DesignKind, Progress
+from birdstrike.data.progress import Progress, silent
+from birdstrike.doe.designs.design import Design, DesignKind
 from birdstrike.doe.designs.design_file import file_design
 from birdstrike.doe.designs.lhs import LHS
 from birdstrike.doe.designs.orthogonal import ORTHOGONAL
@@ -22,7 +23,7 @@ KINDS: dict[str, DesignKind] = {kind.name: kind for kind in (UNIFORM, ORTHOGONAL
 
 
 def make_design(
-    kind: str | Path, space: ParameterSpace, runs: int = 25, seed: int = 0, progress: Progress = lambda _: None
+    kind: str | Path, space: ParameterSpace, runs: int = 25, seed: int = 0, progress: Progress = silent
 ) -> Design:
     """The design `kind` of `runs` runs (the same for the same seed), or all rows of the CSV file `kind`.
 

@@ -7,10 +7,11 @@ import warnings
 from scipy.stats import qmc
 
 from birdstrike.data.histories import Array
-from birdstrike.doe.designs.design import DesignKind, Progress
+from birdstrike.data.progress import Progress, silent
+from birdstrike.doe.designs.design import DesignKind
 
 
-def sobol_design(runs: int, columns: int, seed: int, progress: Progress = lambda _: None) -> Array:  # noqa: ARG001
+def sobol_design(runs: int, columns: int, seed: int, progress: Progress = silent) -> Array:  # noqa: ARG001
     """(runs, columns) in 0..1, Owen-scrambled; balanced only when the number of runs is a power of two."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # `unbalanced` says it, with the remedy

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.doe.designs.design import DesignKind, Progress
+from birdstrike.data.progress import Progress, silent
+from birdstrike.doe.designs.design import DesignKind
 from birdstrike.doe.designs.quality import cd2
 
 Levels = NDArray[np.int64]
@@ -29,11 +30,12 @@ For 25 runs of 4 parameters 16 million swaps, 2 to 3 s; the bound is in swaps, s
 """
 
 
-def uniform_design(runs: int, columns: int, seed: int, progress: Progress = lambda _: None) -> Array:
+def uniform_design(runs: int, columns: int, seed: int, progress: Progress = silent) -> Array:
     """(runs, columns) in 0..1, levels at (2i - 1)/(2 runs), each once in every column.
 
     The best of `STARTS` annealings by swaps, one from the best good-lattice-point design, the rest from random
     permutations (K.-T. Fang, R. Li, A. Sudjianto, Design and Modeling for Computer Experiments, 2006, ch. 3-4).
+    Raises UserError for more than `LARGEST` runs.
     """
     if runs > LARGEST:
         raise UserError(f"--runs = {runs} is outside 2 .. {LARGEST} for a uniform design; use --design sobol")

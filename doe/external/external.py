@@ -9,13 +9,13 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from birdstrike.data.errors import CaseError, MachineFailure, RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress
 from birdstrike.doe.attempt import STEP_FACTORS, Solver
 from birdstrike.doe.external import guard
 from birdstrike.doe.external.deck import unsupported_by_deck
@@ -62,7 +62,7 @@ def simulate_external(
     *,
     step_factor: float = 1.0,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Histories:
     """Run the external command over the filled template and return the sensors' histories on the case's clock.
 

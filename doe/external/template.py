@@ -51,7 +51,10 @@ def to(value: Any, unit: str) -> float:
 
 
 def card(value: float, width: int = 10) -> str:
-    """The filter `| card(10)`: a number flush right in a field of fixed width, with as many digits as fit."""
+    """The filter `| card(10)`: a number flush right in a field of `width` characters, with as many digits as fit.
+
+    Raises UnitError where not even one digit fits.
+    """
     for digits in range(width, 0, -1):
         text = f"{float(value):.{digits}g}"
         if len(text) <= width:

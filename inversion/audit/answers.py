@@ -95,7 +95,10 @@ def _made(experiment: Experiment, place: Path, options: DiagnosisOptions, noise:
 
 
 def records(experiment: Experiment, noise: int, seed: int) -> list[Measured]:
-    """The shots, named by their order; noise: the number of a further draw."""
+    """The shots, named by their order; noise: 0 for the records as they are, else the number of a further draw.
+
+    Raises UserError where a further draw is asked for and the truth has no noise-free curve of a shot.
+    """
     found = [_named(read_measured(path), SHOTS[i]) for i, path in enumerate(experiment.shots)]
     if not noise:
         return found

@@ -15,6 +15,7 @@ from typing import Any
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
+from birdstrike.data.progress import Progress, no_display, silent
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations, uncounted
 from birdstrike.doe.campaign.worker import process_pool, worker_count
@@ -23,7 +24,7 @@ from birdstrike.inversion.audit.records import Experiment, find_experiments, rea
 from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
 from birdstrike.inversion.audit.truth_runs import layouts, make_experiments
-from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, quiet
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
 from birdstrike.solver.case.case import Case, as_case, case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION
 
@@ -43,7 +44,7 @@ def audit(
     forms: int = 0,
     case: str | Path | Case = CASE,
     most: int | None = None,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = silent,
     say: Callable[[str], None] = warnings.warn,
     retry_failed: bool = False,
     command: str = "",
@@ -105,7 +106,7 @@ def _scored(
     options: DiagnosisOptions,
     draws: int,
     most: int | None,
-    progress: Callable[[float], None],
+    progress: Progress,
     say: Callable[[str], None],
 ) -> tuple[list[Score], dict[str, str], int]:
     """Scores, why records have none, and how many records are not yet answered.
@@ -130,7 +131,7 @@ def _scored(
     first = {one.case.read_text(encoding="utf-8"): i for i, (one, _) in reversed([*enumerate(asked)])}
     for i in sorted(first.values()):
         take(i, _answered_and_scored(names[i], *asked[i], place, options))
-    alone = replace(options, workers=1, display=quiet, counter=uncounted, say=warnings.warn)
+    alone = replace(options, workers=1, display=no_display, counter=uncounted, say=warnings.warn)
     with process_pool(worker_count(options.workers)) as pool:
         rest = {
             pool.submit(_answered_and_scored, names[i], *task, place, alone): i

@@ -19,7 +19,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT, family_of
 from birdstrike.inversion.diagnosis.instrument import able_sensors, with_faults
-from birdstrike.inversion.diagnosis.plan import INSTRUMENT, OTHER_LATTICE, can_be_told
+from birdstrike.inversion.diagnosis.plan import INSTRUMENT, OTHER_LATTICE, fits_a_label
 from birdstrike.inversion.formatting import label_parts
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw
@@ -103,7 +103,7 @@ def label_of(case: Case, rng: Generator) -> str:
         if not effect.refuses(case):
             families.setdefault(family_of(name), []).append(name)
     name = str(rng.choice(families[str(rng.choice(list(families)))]))
-    if places := [one for one in effects()[name].places(case) if can_be_told(one)]:
+    if places := [one for one in effects()[name].places(case) if fits_a_label(one)]:
         return str(rng.choice([name, *(f"{name}.{place}" for place in places)]))
     if name in INSTRUMENT:
         return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able_sensors(name, case, case.sensors))]))

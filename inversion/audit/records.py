@@ -64,7 +64,7 @@ def find_experiments(folder: Path) -> list[Experiment]:
 
 
 def experiment_of(record: Path) -> Experiment:
-    """The experiment of a record `<name>.csv`."""
+    """The experiment of a record `<name>.csv`; raises UserError where its case or its truth is not beside it."""
     stem = record.with_suffix("")
 
     def beside(ending: str) -> Path:

@@ -19,8 +19,10 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.draws import CLEAN, OUTSIDE, OWN, PAIR, SINGLE
 from birdstrike.inversion.audit.score import Score
 from birdstrike.inversion.diagnosis.hypotheses import PRIOR_ELSE, PRIOR_NONE, PRIOR_PAIRS
+from birdstrike.inversion.formatting import many
 
 RESAMPLES = 4000
+SEED = 0  # of the bootstraps: the same scores give the same intervals
 ORDER = (CLEAN, SINGLE, PAIR, OUTSIDE)
 WANTED = 100  # truths a table needs
 NEAR = 1.25  # a record counts at a signal within this factor of it
@@ -64,20 +66,20 @@ class Criterion:
         return {"figure": self.figure, **vars(self.rate), "gate": self.words, "met": self.met}
 
 
-def figures_of(per_truth: Sequence[Array], seed: int = 0, middle: Callable[..., Any] = np.mean) -> Rate:
+def figures_of(per_truth: Sequence[Array], middle: Callable[..., Any] = np.mean) -> Rate:
     """Of figures of each truth's records; truths weigh alike and are resampled whole."""
     kept = [np.asarray(values, float) for values in per_truth if len(values)]
     if not kept:
         return Rate(None, None, None, 0, 0)
     means = np.array([middle(values) for values in kept])
-    picks = np.random.default_rng(seed).integers(len(means), size=(RESAMPLES, len(means)))
+    picks = np.random.default_rng(SEED).integers(len(means), size=(RESAMPLES, len(means)))
     low, high = np.quantile(middle(means[picks], axis=1), [0.025, 0.975])
     return Rate(float(middle(means)), (float(low), float(high)), None, len(kept), sum(map(len, kept)))
 
 
-def rate(per_truth: Sequence[Array], seed: int = 0) -> Rate:
+def rate(per_truth: Sequence[Array]) -> Rate:
     """Of yes and no for each truth's records."""
-    found = figures_of(per_truth, seed)
+    found = figures_of(per_truth)
     if found.value is None:
         return found
     ends = binomtest(round(found.value * found.curves), found.curves).proportion_ci(0.95, method="exact")
@@ -197,7 +199,7 @@ def weights(scores: Sequence[Score]) -> dict[str, float]:
     return {kind: prior[kind] * len(scores) / count for kind, count in counts.items()}
 
 
-def reliability(scores: Sequence[Score], seed: int = 0) -> list[dict[str, Any]]:
+def reliability(scores: Sequence[Score]) -> list[dict[str, Any]]:
     """Stated probabilities by deciles against how often they were true, kinds weighted to the diagnosis' prior.
 
     within: whether the mean that is stated lies within the 95 % interval of a bootstrap over truths, or, where that has
@@ -216,7 +218,7 @@ def reliability(scores: Sequence[Score], seed: int = 0) -> list[dict[str, Any]]:
         draws = sorted({row[4] for row in part})
         place = np.array([draws.index(row[4]) for row in part])
         sums = np.array([np.bincount(place, weight * x, len(draws)) for x in (p, true, np.ones(len(part)))])
-        picks = np.random.default_rng(seed).integers(len(draws), size=(RESAMPLES, len(draws)))
+        picks = np.random.default_rng(SEED).integers(len(draws), size=(RESAMPLES, len(draws)))
         resampled = sums[1][picks].sum(axis=1) / sums[2][picks].sum(axis=1)
         stated, value = (float(sums[i].sum() / sums[2].sum()) for i in (0, 1))
         low, high = (float(x) for x in np.quantile(resampled, [0.025, 0.975]))
@@ -255,8 +257,7 @@ def lines(scores: Sequence[Score]) -> list[dict[str, Any]]:
 
 def table_name(score: Score) -> str:
     """Channels, shots, baseline, form."""
-    parts = [f"{len(score.channels)} channel{'s' if len(score.channels) > 1 else ''}"]
-    parts.append(f"{score.shots} shot{'s' if score.shots > 1 else ''}")
+    parts = [many(len(score.channels), "channel"), many(score.shots, "shot")]
     parts.append("with a baseline" if score.baseline else "without a baseline")
     if score.form != OWN:
         parts.append("truth by another model")

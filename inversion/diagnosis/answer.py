@@ -76,9 +76,9 @@ def of_another_bird(same_bird: float | None) -> bool:
     return same_bird is not None and same_bird < 0.5
 
 
-REFUTED = 1e-4  # smallest p-value that is told
-TOLD = 0.05  # probability of something else from which on it is told
-GROWN = 3.0  # growth of the model error beyond which a curve tells nothing
+REFUTED = 1e-4  # smallest p-value that is printed
+REPORTED = 0.05  # probability of something else from which on it is reported
+GROWN = 3.0  # growth of the model error beyond which a curve is uninformative
 
 
 def effect_figures(
@@ -318,7 +318,7 @@ def simulation_counts(
 def remainder_figures(ranking: Ranking) -> dict[str, Any] | None:
     """What something else has of the probability; None where that is little."""
     share = ranking.shares.get(SOMETHING_ELSE, 0.0)
-    if share < TOLD:
+    if share < REPORTED:
         return None
     sentence = f"something that the library does not hold has a probability of {share:.2f}"
     return {"probability": share, "sentence": sentence}

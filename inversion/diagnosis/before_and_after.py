@@ -133,9 +133,10 @@ def _residual(problem: Problem, hypothesis: Hypothesis, fit: Fit, kept: tuple[Sh
     return shot.record.values - predicted(shot, hypothesis, z, sizes)
 
 
-def blind(effect: Suspect) -> set[str]:
-    """Parts that hold all that an effect acts on, the sensor of a fault, the shot of an effect of one shot: the rest
-    tells nothing of its magnitude, so that a model with it predicts nothing there.
+def unpredicted_parts(effect: Suspect) -> set[str]:
+    """Held-out parts that hold all that an effect acts on, the sensor of a fault or the shot of an effect of one shot.
+
+    The rest does not determine its magnitude, so that a model with it predicts nothing there.
     """
     found = {f"shot {effect.shots[0]}"} if len(effect.shots) == 1 else set[str]()
     if effect.fault is not None and len(effect.fault.sensors) == 1:
@@ -143,21 +144,21 @@ def blind(effect: Suspect) -> set[str]:
     return found
 
 
-def told_parts(effect: Suspect, held: Sequence[Held]) -> list[Held]:
-    """The parts held out of which an effect's model tells something."""
-    untold = blind(effect)
-    return [one for one in held if one.name.removesuffix(f" of {one.shot}") not in untold]
+def predicted_parts(effect: Suspect, held: Sequence[Held]) -> list[Held]:
+    """The held-out parts that an effect's model predicts."""
+    unpredicted = unpredicted_parts(effect)
+    return [one for one in held if one.name.removesuffix(f" of {one.shot}") not in unpredicted]
 
 
 def predicts_better(effect: Suspect, before: Sequence[Held], after: Sequence[Held]) -> bool:
-    """Whether an effect makes what was held out likelier, over the parts that can tell.
+    """Whether an effect makes what was held out likelier, over the parts that its model predicts.
 
-    Evidence is of the data that were fitted, and hangs on the model error about each fit; a real effect predicts what
+    Evidence is of the data that were fitted, and depends on the model error about each fit; a real effect predicts what
     it has not seen (cross-validation: Stone, J. R. Statist. Soc. B 36 (1974) 111). By the logarithmic score, which is
     proper (Gneiting & Raftery, J. Am. Stat. Assoc. 102 (2007) 359): a model that overstates its errors has small ones
     by its own measure.
     """
-    pairs = list(zip(told_parts(effect, before), told_parts(effect, after), strict=True))
+    pairs = list(zip(predicted_parts(effect, before), predicted_parts(effect, after), strict=True))
     return sum(a.score for _, a in pairs) > sum(b.score for b, _ in pairs) or not pairs
 
 

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.curves import LONGEST, Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.files import write_atomically
+from birdstrike.data.progress import Progress
 from birdstrike.data.tree import save_tree
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations
@@ -188,7 +189,7 @@ def named_records(
 
 
 def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRecord]:
-    """Records with their cases in order; a single case serves all."""
+    """Records with their cases in order; a single case serves all. Raises UserError when their numbers do not fit."""
     cases = [*cases] * (len(records) if len(cases) == 1 else 1)
     if len(cases) != len(records):
         raise UserError(
@@ -372,7 +373,7 @@ def refined(
     prepared: Callable[[Mapping[str, Setup]], Pipeline],
     simulations: Simulations,
     choice: DiagnosisOptions,
-    progress: Callable[[float], None],
+    progress: Progress,
 ) -> tuple[Pipeline, dict[str, Any]]:
     """The diagnosis with runs added near the fits, at most `choice.refine` of each case, and what they did.
 

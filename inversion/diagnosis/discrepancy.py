@@ -15,6 +15,7 @@ import numpy as np
 from scipy.stats import f as fdist
 
 from birdstrike.data.histories import Array
+from birdstrike.inversion.formatting import many
 
 LEAST, MOST = 0.002, 0.10
 """Of the peak: range of the amplitude where nobody states it. Two verified codes of one physics hardly agree better
@@ -198,7 +199,7 @@ def beside_baselines(
     found = {**unknown.nodes, **{kind: scale * remainder(kind) * factors for kind in learnt}}
     prior = {**unknown.log_prior, **dict.fromkeys(learnt, np.asarray(weights))}
     fixed = {**unknown.fixed, **{kind: part * shown[kind] for kind in learnt}}
-    source = f"{count} baseline shot{'s' if count > 1 else ''}"
+    source = many(count, "baseline shot")
     for kind in kinds:
         if kind not in learnt:
             source += f"; {kind.replace('_', ' ')} {STATED if kind in stated else UNKNOWN}"

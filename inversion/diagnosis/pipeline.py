@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from birdstrike.data.progress import Display, no_display
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
@@ -40,9 +40,9 @@ from birdstrike.inversion.diagnosis.before_and_after import (
     SolverRun,
     hold_out,
     other_record,
+    predicted_parts,
     predicts_better,
     run_at,
-    told_parts,
 )
 from birdstrike.inversion.diagnosis.discrepancy import STATED, Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
@@ -75,13 +75,6 @@ SETTLED = 0.05  # posterior probability from which on an effect is likely enough
 UPDATES = 3  # rounds of simulations at the fits: an edge that lets go bends the response more than one round can tell
 MOST_SHARES = 30  # models whose probabilities are listed
 
-Display = Callable[[str], AbstractContextManager[Callable[[float], None]]]
-
-
-def quiet(_: str) -> AbstractContextManager[Callable[[float], None]]:
-    """No display."""
-    return nullcontext(lambda _: None)
-
 
 @dataclass(frozen=True)
 class DiagnosisOptions:
@@ -98,7 +91,7 @@ class DiagnosisOptions:
     seed: int = 0
     workers: int | None = None
     runs: int = RUNS
-    display: Display = quiet
+    display: Display = no_display
     counter: Counter = uncounted
     say: Callable[[str], None] = warnings.warn
     retry: float = 0.0
@@ -210,7 +203,7 @@ class Pipeline:
         if chosen and heldout is not None:
             close = [*close, *_worse_held_out(chosen, held)]
         if chosen:
-            held = {**held, chosen: told_parts(ranking.models[chosen].members[0], held[chosen])}
+            held = {**held, chosen: predicted_parts(ranking.models[chosen].members[0], held[chosen])}
         shot, detectable = self.shots[0], minimum_detectable(ranking)
         best = runs.get(f"{self._shot_with(ranking, chosen)} after")
         figures = effect_figures(ranking, required, chosen if best else None)
@@ -300,7 +293,7 @@ class Pipeline:
         return ShotStates(shot.name, shot.setup.plan.case.name, before, after)
 
     def _baseline_figures(self, ranking: Ranking, detectable: Mapping[str, float | None]) -> dict[str, Any] | None:
-        """What the baselines told, and by how much smaller they make what can be detected."""
+        """What the baselines show, and by how much smaller they make what can be detected."""
         if not self.baselines.shots:
             return None
         known = unknown_or_stated(kinds_of(self.shots), {})

@@ -27,7 +27,7 @@ from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.registry import effects_of
 
 COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
-"""Particles of the campaign (a quarter of a second a particle-millisecond is bought here), least shells a side."""
+"""Particles of the campaign, and the least number of shells a side."""
 RUNS = 25  # of the campaign
 RESPONSE_PARTICLES = 3000  # at most, of the simulations with effects: friction drowns in the scatter of 1000
 LATTICES = 4  # fine simulations that are repeated on the other lattice
@@ -251,13 +251,13 @@ def _size(effect: Effect, case: Case) -> float:
     return size
 
 
-def can_be_told(name: str) -> bool:
+def fits_a_label(name: str) -> bool:
     """Whether an effect's name, with its set of nodes, can stand in a label beside those of others."""
     return "@" not in name and "+" not in name
 
 
 def _declared(case: Case, name: str) -> str:
-    if not can_be_told(name):
+    if not fits_a_label(name):
         return "a set of nodes whose name holds @ or + could not be told from shots and pairs in an answer; rename it"
     return "the case states it already" if name in case.effects else ""
 

@@ -17,6 +17,7 @@ from scipy.special import softmax
 from scipy.stats.qmc import Sobol
 
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress, silent
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape
 from birdstrike.inversion.diagnosis.evidence import (
     BIRDS,
@@ -374,7 +375,7 @@ class Ranking:
         return by_family(self.shares, tuple(self.models.values()))
 
 
-def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None) -> Ranking:
+def rank(problem: Problem, progress: Progress = silent) -> Ranking:
     """All models of the library over the problem's shots."""
     models = {one.label: one for one in hypotheses(problem.found)}
     singles, pairs = ([one for one in models.values() if len(one.members) == count] for count in (1, 2))
@@ -445,7 +446,7 @@ def _refit_best(problem: Problem, singles: Sequence[Hypothesis], found: Standing
 
 
 def _refit_at_best(problem: Problem, models: Mapping[str, Hypothesis], found: Standings) -> dict[str, Standing]:
-    """None and the singles that were refitted, from the place of the best of them too: all compared at one hill.
+    """None and the singles that were refitted, from the place of the best of them too: all compared at one maximum.
 
     Where none lies better there, the singles that were judged about it are judged about it anew.
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,6 +11,7 @@ import numpy as np
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress
 from birdstrike.doe.campaign.results import is_smooth
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.plan import Plan
@@ -157,7 +158,7 @@ def make_setup(
     channels: Sequence[str],
     runs: Mapping[str, Histories],
     moved: Mapping[str, float],
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Setup:
     """Fit emulator, mesh correction and responses to those of the channels that simulations can predict.
 

@@ -10,6 +10,7 @@ import numpy as np
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
+from birdstrike.data.progress import Progress
 from birdstrike.doe.designs.quality import Quality, weakest_quality
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.calibration import Calibrator
@@ -22,7 +23,6 @@ from birdstrike.inversion.estimation.time_origin import time_origin
 from birdstrike.inversion.estimation.unseen_drift import with_drift
 from birdstrike.inversion.estimation.whitening import widened
 from birdstrike.inversion.formatting import plain, span
-from birdstrike.inversion.forward import Progress
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.observations.plausibility import implausible
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive, prior_predictive_warning
@@ -182,9 +182,9 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
     sentences: list[str] = []
     lost = [str(int(run)) for run in dataset.runs[~dataset.smooth]]
     if lost:
-        many = "s" if len(lost) > 1 else ""
         limit = f"{100 * dataset.smooth_loss:g} % of the bird"
-        sentences.append(f"run{many} {', '.join(lost)} lost more than {limit}: the emulator leaves them out")
+        which = f"{'run' if len(lost) == 1 else 'runs'} {', '.join(lost)}"
+        sentences.append(f"{which} lost more than {limit}: the emulator leaves them out")
     for i, name in enumerate(dataset.names):
         for low, high in _gaps(emulator, dataset, i):
             (start, unit), (end, _) = dataset.shown(i, low), dataset.shown(i, high)

@@ -17,16 +17,18 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 from sklearn.utils.extmath import svd_flip
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.whitening import Whitening, principal
-from birdstrike.inversion.forward import Forward, Progress, watched
+from birdstrike.inversion.forward import Forward, watched
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.ingredients import MeshCorrectionFigures
@@ -294,23 +296,9 @@ def correct_campaign(
     begun, emulator = perf_counter(), fit_emulator(dataset, channels, seed)
     rows = np.flatnonzero(np.isin(dataset.runs, emulator.runs))
     chosen = rows[list(spread(dataset.scaled()[rows])[:FINE_RUNS])]
-    finished, curves, failure = list[int](), list[Array](), ""
-    for i, row in enumerate(chosen):
-        part = watched(fine, lambda f, i=i: progress((i + f) / len(chosen)))
-        try:
-            found = part(dataset.named(dataset.parameters[row]))
-        except RunFailed as reason:
-            failure = str(reason)
-            continue
-        finished.append(int(row))
-        curves.append(stack(found, dataset.time, channels))
-    if len(finished) < FEWEST:
-        raise UserError(
-            f"--mesh-correction: {len(finished)} of {len(chosen)} simulations on the fine mesh finished, {FEWEST} are "
-            f"needed ({failure or 'the campaign has no more runs'}); calibrate without it, or extend the campaign"
-        )
+    finished, curves = _fine_runs(dataset, fine, chosen, channels, progress)
     z = dataset.scaled()[finished]
-    differences = np.array(curves) - stacked_curves(emulator, dataset.parameters[finished], channels)
+    differences = curves - stacked_curves(emulator, dataset.parameters[finished], channels)
     correction = MeshCorrection.fit(z, differences, len(channels), seed)
     parts = np.split(correction.at(dataset.scaled()), len(channels), axis=1)
     own = {name: dataset.curves[name] + part for name, part in zip(channels, parts, strict=True)}
@@ -327,6 +315,31 @@ def correct_campaign(
     corrected = replace(dataset, curves={**dataset.curves, **own})
     left_out = LeftOut.each(z, differences, len(channels), seed)
     return CorrectedCampaign(corrected, emulator, tuple(channels), correction, left_out, figures)
+
+
+def _fine_runs(
+    dataset: Dataset, fine: Forward, chosen: NDArray[np.intp], channels: Sequence[str], progress: Progress
+) -> tuple[list[int], Array]:
+    """Rows of a campaign whose simulation on the fine mesh finished, and its stacked curves (rows, instants), SI.
+
+    chosen: rows that are simulated. Raises UserError when fewer than `FEWEST` finish.
+    """
+    finished, curves, failure = list[int](), list[Array](), ""
+    for i, row in enumerate(chosen):
+        part = watched(fine, lambda f, i=i: progress((i + f) / len(chosen)))
+        try:
+            found = part(dataset.named(dataset.parameters[row]))
+        except RunFailed as reason:
+            failure = str(reason)
+            continue
+        finished.append(int(row))
+        curves.append(stack(found, dataset.time, channels))
+    if len(finished) < FEWEST:
+        raise UserError(
+            f"--mesh-correction: {len(finished)} of {len(chosen)} simulations on the fine mesh finished, {FEWEST} are "
+            f"needed ({failure or 'the campaign has no more runs'}); calibrate without it, or extend the campaign"
+        )
+    return finished, np.array(curves)
 
 
 def stack(run: Histories, time: Array, channels: Sequence[str]) -> Array:

@@ -13,7 +13,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.coordinates import Coordinates
 from birdstrike.inversion.estimation.estimates import NEWS, OUTSIDE, reported
-from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.formatting import listing, plain, quantity
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.estimates import Estimate
@@ -79,7 +79,7 @@ def _strange(outside: NDArray[np.bool_], read: Mapping[str, Array]) -> str:
     """Which inputs lie outside what the network was trained on; outside: (inputs,) bool."""
     places = [(channel, time) for channel, times in read.items() for time in times]
     named = [f"{plain(c)} at {1e3 * t:.3g} ms" for (c, t), one in zip(places, outside, strict=True) if one]
-    shown = ", ".join(named[:MOST_NAMED]) + (f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else "")
+    shown = listing(named, MOST_NAMED)
     return (
         f"{len(named)} of the network's {len(outside)} inputs lie outside what it was trained on ({shown}): it "
         "extrapolates there, and its answer counts for less; use the emulator's, or widen the campaign's ranges"

@@ -8,7 +8,6 @@ Analysis 16 (2021) 667.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import emcee
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.likelihood import Likelihood
 
@@ -87,7 +87,7 @@ def sample(
     modes: tuple[Mode, ...],
     seed: int = 0,
     sampling: Sampling | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Posterior:
     """Draw until the chains agree; modes: of the calibration, where the walkers start."""
     rules, density = sampling or Sampling(), Likelihood.of(calibrator, modes)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,13 +10,14 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress, silent
 from birdstrike.doe.campaign.results import is_smooth
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.likelihood import Likelihood
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.whitening import Whitening
-from birdstrike.inversion.forward import Forward, silent
+from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.results.ingredients import RefinementFigures
 
 AUTO = "auto"
@@ -36,7 +36,7 @@ def refine(
     options: InversionOptions,
     runs: int | str,
     columns: Columns | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[Dataset, RefinementFigures]:
     """At most `runs` runs more, one after the other, the emulator fitted anew after each.
 

@@ -7,7 +7,7 @@ are laid on the first one's clock by their own fits, and what is uncertain in th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,11 +19,12 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress, silent
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
-from birdstrike.inversion.forward import Forward, silent, watched
+from birdstrike.inversion.forward import Forward, watched
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.ingredients import MeshCorrectionFigures, ShotFigures
 from birdstrike.solver.case.case import Case
@@ -102,7 +103,7 @@ class JointForward:
                 units[name + suffix(number)] = run.units[name]
         return Histories(self.time, channels, units, runs[0][1].summary)
 
-    def watched(self, progress: Callable[[float], None]) -> JointForward:
+    def watched(self, progress: Progress) -> JointForward:
         """With the progress of each part reported."""
         many = len(self.parts)
         parts = (watched(part, lambda f, i=i: progress((i + f) / many)) for i, part in enumerate(self.parts))

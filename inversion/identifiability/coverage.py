@@ -6,13 +6,13 @@ Truths are drawn from the prior. A record is made by the emulator, with an error
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import truncnorm
 
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import Box
 from birdstrike.inversion.estimation.estimates import NEWS
@@ -49,7 +49,7 @@ def coverage(
     truths: int,
     seed: int = 0,
     forward: Forward | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Coverage:
     """Invert records of truths drawn from the prior; forward: who makes them, the emulator by default.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -11,6 +11,7 @@ import numpy as np
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
 from birdstrike.doe.attempt import Simulate
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
@@ -57,7 +58,7 @@ def run_meshes(
     store: RunStore,
     workers: int,
     *,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = silent,
     simulate: Simulate | None = None,
     executor: Executor | None = None,
     retry: float = 0.0,

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_twice, shot_names
+from birdstrike.data.curves import Measured, as_list, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.external.deck import refuse_missing_in_deck
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
-from birdstrike.inversion.formatting import many
+from birdstrike.inversion.formatting import listing, many
 from birdstrike.inversion.models.campaigns import FitOptions, ModelRuns, ShotSetup, unlike_cases
 from birdstrike.inversion.models.candidates import (
     Candidate,
@@ -115,13 +115,13 @@ def calibrate_models(
     RunFailed
         When no model has an answer.
     """
-    chosen = candidates(_listed(models))
-    refuse_unknown(asked := _listed(optimisers))
+    chosen = candidates(as_list(models))
+    refuse_unknown(asked := as_list(optimisers))
     if budget < 1:
         raise UserError(f"--budget = {budget} is below 1: an optimiser spends at least one simulation of each shot")
     if runs < FEWEST_RUNS:
         raise UserError(f"--runs = {runs} is below {FEWEST_RUNS}: an emulator of several constants needs at least that")
-    setups = _setups(_listed(case), _listed(measured), _listed(channels))
+    setups = _setups(as_list(case), as_list(measured), as_list(channels))
     _refuse_what_does_not_fit(chosen, setups)
     folder, options = (
         Path(out),
@@ -165,7 +165,7 @@ def _left_out(folder: Path, chosen: Sequence[Candidate]) -> tuple[str, ...]:
     if not others:
         return ()
     return (
-        f"{' and '.join(others)}: calibrated in this folder by an earlier call and not ranked here, since models.json "
+        f"{listing(others)}: calibrated in this folder by an earlier call and not ranked here, since models.json "
         f"holds the models that --models names; their folders are kept. To rank all, repeat the command with --models "
         f"{','.join([*named, *others])}: answers to the same records and options are read, not calculated again",
     )
@@ -336,10 +336,6 @@ def _verdict(
     after = f"next {ranking[1]} ({errors[ranking[1]]:.2f})"
     best = "has the least error" if missed else "predicts best"
     return f"{first} {best} (held-out error {errors[first]:.2f} times the noise); {after}{even}"
-
-
-def _listed(given: Any) -> list[Any]:
-    return list(given) if isinstance(given, list | tuple) else [given]
 
 
 def _part_of(report: Report, name: str, model: int, models: int, shots: int) -> Report:

@@ -17,6 +17,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import silent
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.folder import CampaignFolder, flat
@@ -28,8 +29,8 @@ from birdstrike.inversion.estimation.known_errors import case_nuisances, discrep
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
-from birdstrike.inversion.formatting import quantity
-from birdstrike.inversion.forward import Forward, StoredSolver, silent
+from birdstrike.inversion.formatting import listing, quantity
+from birdstrike.inversion.forward import Forward, StoredSolver
 from birdstrike.inversion.models.candidates import PREFIX, Candidate, calibrated_case, literature_case
 from birdstrike.inversion.models.error_terms import NuisanceRuns
 from birdstrike.inversion.models.points import near_answer
@@ -64,18 +65,17 @@ def unlike_cases(setups: Sequence[ShotSetup]) -> tuple[str, ...]:
     unlike = [key for key in keys if any(table.get(key) != tables[0].get(key) for table in tables)]
     if not unlike:
         return ()
-    shown = ", ".join(_told(key, setups, tables) for key in unlike[:MOST_KEYS])
-    more = f" and {len(unlike) - MOST_KEYS} more" if len(unlike) > MOST_KEYS else ""
+    shown = listing([_by_shot(key, setups, tables) for key in unlike], MOST_KEYS)
     return (
-        f"the cases of the shots differ in {shown}{more}: each record is compared with a simulation of its own case; "
+        f"the cases of the shots differ in {shown}: each record is compared with a simulation of its own case; "
         "where this is not meant, correct --case",
     )
 
 
-def _told(key: str, setups: Sequence[ShotSetup], tables: Sequence[Mapping[str, Any]]) -> str:
+def _by_shot(key: str, setups: Sequence[ShotSetup], tables: Sequence[Mapping[str, Any]]) -> str:
     mark, values = quantity_at(key), [table.get(key, "not stated") for table in tables]
-    told = [quantity(v, mark.unit) if mark is not None and isinstance(v, float) else str(v) for v in values]
-    return f"{key} ({', '.join(f'{value} of {s.name}' for value, s in zip(told, setups, strict=True))})"
+    shown = [quantity(v, mark.unit) if mark is not None and isinstance(v, float) else str(v) for v in values]
+    return f"{key} ({', '.join(f'{value} of {s.name}' for value, s in zip(shown, setups, strict=True))})"
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.locate import Located
-from birdstrike.inversion.formatting import plain, quantity, span
+from birdstrike.inversion.formatting import listing, plain, quantity, span
 from birdstrike.inversion.invert import InversionOutcome
 from birdstrike.inversion.models.campaigns import ModelRuns
 from birdstrike.inversion.models.candidates import built, modulus_of
@@ -47,7 +47,7 @@ def combinations(runs: ModelRuns, outcome: InversionOutcome, located: Located) -
     if not identified:
         text = f"the bulk modulus {named} is not identifiable from {records}"
     elif weak and len(keys) > 1:
-        text += f"; {' and '.join(weak)} not identifiable from {records}: only the combination counts"
+        text += f"; {listing(weak)} not identifiable from {records}: only the combination counts"
     return {"bulk_modulus": Combined(value, interval, "Pa", identified, formula, keys, text)}
 
 

@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 
 from birdstrike.data.dataset import Dataset
+from birdstrike.data.progress import silent
 from birdstrike.inversion.estimation.locate import locate
 from birdstrike.inversion.estimation.shots import Shot, joined, suffix
-from birdstrike.inversion.forward import silent
 from birdstrike.inversion.models.campaigns import ModelRuns
 from birdstrike.inversion.models.error_terms import Discrepancy, with_discrepancy
 from birdstrike.inversion.models.points import residuals_of, yardstick

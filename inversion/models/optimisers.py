@@ -103,7 +103,7 @@ def refuse_unknown(names: Sequence[str]) -> None:
 
 
 def optimised(name: str, problem: Problem) -> Optimised:
-    """The best point that an optimiser finds with the simulations that it may spend."""
+    """The best point that an optimiser finds with the simulations that it may spend; raises RunFailed for none."""
     try:
         ended = OPTIMISERS[name](problem)
     except _Spent:

@@ -54,7 +54,7 @@ def yardstick(shot: Shot) -> Observations:
     offset = shot.options.time_offset
     expected = Expected.of_campaign(shot.dataset, shot.options.noise, offset)
     at_rest = shot.case.first_contact - FARTHEST_ORIGIN * offset
-    return observed(shot.measured, replace(expected, quiet=at_rest, runs=None))
+    return observed(shot.measured, replace(expected, rest_until=at_rest, runs=None))
 
 
 def residuals_of(

@@ -14,8 +14,9 @@ import numpy as np
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.forward import Forward, Progress, watched
+from birdstrike.inversion.forward import Forward, watched
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from birdstrike.inversion.formatting import many
+from birdstrike.inversion.formatting import listing, many
 from birdstrike.inversion.models.ranking import misses
 
 MOST_NAMED = 3  # channels
@@ -50,22 +50,22 @@ def summarised(lines: Mapping[str, Iterable[str]]) -> tuple[str, ...]:
             else:
                 kinds.setdefault(kind, []).append(Found(model, line, met.groupdict()))
     grave, minor = ([kind.told(kinds[kind]) for kind in part if kind in kinds] for part in (GRAVE, MINOR))
-    return (*grave, *(f"{_list(models, MOST_MODELS)}: {line}" for line, models in others.items()), *minor)
+    return (*grave, *(f"{listing(models, MOST_MODELS)}: {line}" for line, models in others.items()), *minor)
 
 
 def warnings_of(models: Mapping[str, Mapping[str, Any]], ranking: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Model -> its warnings as a comparison tells them, or why it has no answer.
+    """Model -> its warnings as a comparison gives them, or why it has no answer.
 
-    A model that misses a record which the first of the ranking follows has no say on that record's clock and sign.
-    models: as models.json has them.
+    Where the first of the ranking fits a record, the warnings of a model that does not fit it about that record's clock
+    and sign are left out. models: as models.json has them.
     """
-    followed = bool(ranking) and not misses(models[ranking[0]].get("expected_95"))
+    first_fits = bool(ranking) and not misses(models[ranking[0]].get("expected_95"))
 
     def told(one: Mapping[str, Any]) -> tuple[str, ...]:
         if failure := one.get("failure"):
             return (f"no answer: {failure}",)
-        mute = followed and misses(one.get("expected_95"))
-        return tuple(line for line in one.get("warnings", ()) if not (mute and DOUBTS_THE_RECORD.search(line)))
+        unreliable = first_fits and misses(one.get("expected_95"))
+        return tuple(line for line in one.get("warnings", ()) if not (unreliable and IMPLAUSIBLE_RECORD.search(line)))
 
     return {name: told(one) for name, one in models.items()}
 
@@ -76,7 +76,7 @@ def _no_answer(found: Sequence[Found]) -> str:
 
 
 def _outside(found: Sequence[Found]) -> str:
-    sizes = _list([f"{one.model} {one.found['times']}" for one in found], MOST_MODELS)
+    sizes = listing([f"{one.model} {one.found['times']}" for one in found], MOST_MODELS)
     return (
         f"{_models(found)} cannot produce the records with any constants in the ranges (residual of the best fit over "
         f"noise and emulator error: {sizes}): no constant is identified, and the held-out error is that of the nearest "
@@ -85,7 +85,7 @@ def _outside(found: Sequence[Found]) -> str:
 
 
 def _coarse(found: Sequence[Found]) -> str:
-    sizes = _list([f"{one.model} {one.found['times']}" for one in found], MOST_MODELS)
+    sizes = listing([f"{one.model} {one.found['times']}" for one in found], MOST_MODELS)
     return (
         f"the emulator cannot follow the simulations of {_models(found)} closely enough for these records (residual "
         f"over noise and emulator error: {sizes}): no constant is identified, and the held-out error is that of the "
@@ -103,7 +103,7 @@ def _stands_in(found: Sequence[Found]) -> str:
 
 def _lost_runs(found: Sequence[Found]) -> str:
     counts = Counter(one.model for one in found)
-    shown = _list([f"{name} {count}" for name, count in counts.items()], MOST_MODELS)
+    shown = listing([f"{name} {count}" for name, count in counts.items()], MOST_MODELS)
     return (
         f"{many(len(found), 'simulation')} failed and {_are(len(found))} left out ({shown}), {_first(found)}: the "
         "emulator knows less of such constants; change what the solver asks for, or narrow the ranges: "
@@ -121,7 +121,7 @@ def _unsettled(found: Sequence[Found]) -> str:
 
 def _implausible(found: Sequence[Found]) -> str:
     channels, first = list(dict.fromkeys(one.found["channel"] for one in found)), found[0]
-    more = f"; the same may hold of {_list(channels[1:])}" if channels[1:] else ""
+    more = f"; the same may hold of {listing(channels[1:], MOST_NAMED)}" if channels[1:] else ""
     return f"beside the runs of {_models(found)}: {first.line}{more}"
 
 
@@ -149,15 +149,15 @@ def _overruled(found: Sequence[Found]) -> str:
     channels, first = list(dict.fromkeys(one.found["channel"] for one in found)), found[0].found
     other = " and ".join(dict.fromkeys(one.found["other"] for one in found))
     return (
-        f"the noise stated for {many(len(channels), 'channel')} ({_list(channels)}) is not {other}, which is used "
-        f"instead (the first: stated {first['stated']}; found {first['level']}); correct what is stated: "
+        f"the noise stated for {many(len(channels), 'channel')} ({listing(channels, MOST_NAMED)}) is not {other}, "
+        f"which is used instead (the first: stated {first['stated']}; found {first['level']}); correct what is stated: "
         "sensors.NAME.noise of its case, or birdstrike import --sigma"
     )
 
 
 def _left_out(found: Sequence[Found]) -> str:
     counts = {one.model: one.found["runs"].count(",") + 1 for one in found}
-    shown = _list([f"{name} {count}" for name, count in counts.items()], MOST_MODELS)
+    shown = listing([f"{name} {count}" for name, count in counts.items()], MOST_MODELS)
     return (
         f"{many(sum(counts.values()), 'run')} ({shown}) lost more than {found[0].found['limit']} and "
         f"{_are(sum(counts.values()))} left out of the emulators, which know less of such constants; narrow the ranges "
@@ -166,7 +166,7 @@ def _left_out(found: Sequence[Found]) -> str:
 
 
 def _gaps(found: Sequence[Found]) -> str:
-    shown = _list([f"{one.found['where']} ({one.model})" for one in found])
+    shown = listing([f"{one.found['where']} ({one.model})" for one in found], MOST_NAMED)
     return (
         f"no answer is sought where too few smooth runs stand, {shown}: one that lies there is not found; "
         "raise --runs, or narrow the ranges: inversion.models.NAME"
@@ -177,8 +177,9 @@ def _single_readings(found: Sequence[Found]) -> str:
     points = {one.found["channel"]: int(one.found["points"]) for one in found}
     total = sum(points.values())
     return (
-        f"{many(total, 'reading')} of {_list(list(points))} {_are(total)} far off the neighbouring ones and left out, "
-        "since single readings would pull the fit; check the record there, for what is real in them is lost to the fit"
+        f"{many(total, 'reading')} of {listing(list(points), MOST_NAMED)} {_are(total)} far off the neighbouring ones "
+        "and left out, since single readings would pull the fit; check the record there, for what is real in them is "
+        "lost to the fit"
     )
 
 
@@ -194,8 +195,8 @@ def _beyond(found: Sequence[Found]) -> str:
 def _assumed(found: Sequence[Found]) -> str:
     channels = list(dict.fromkeys(one.found["channel"] for one in found))
     return (
-        f"no noise is stated for {_list(channels)}: 1 % of the peak is assumed, and intervals and held-out errors rest "
-        "on it; state it: sensors.NAME.noise"
+        f"no noise is stated for {listing(channels, MOST_NAMED)}: 1 % of the peak is assumed, and intervals and "
+        "held-out errors rest on it; state it: sensors.NAME.noise"
     )
 
 
@@ -205,7 +206,7 @@ OVERRULED = (
 )
 BEYOND = r"(?P<before>\d+) points before and (?P<after>\d+) after the simulated record (?P<span>.*?) are left out"
 CHANNEL = r"(?P<channel>[^:]+?)"
-DOUBTS_THE_RECORD = re.compile(
+IMPLAUSIBLE_RECORD = re.compile(
     rf"^{CHANNEL} (?:lies beside the runs best|has the shape of the runs|has the opp)",
 )
 GRAVE = (
@@ -215,7 +216,7 @@ GRAVE = (
     Kind(re.compile(r"^the simulation at an answer failed \((?P<reason>.*)\): run \d+ of the campaign"), _stands_in),
     Kind(re.compile(r"^(?:a run near the answer|run \d+) (?:failed|was ended).* left out: (?P<reason>.*)"), _lost_runs),
     Kind(re.compile(r"chains have not settled .*R-hat (?P<rhat>[\d.]+)"), _unsettled),
-    Kind(DOUBTS_THE_RECORD, _implausible),
+    Kind(IMPLAUSIBLE_RECORD, _implausible),
     Kind(re.compile(rf"^the emulator predicts left-out runs of {CHANNEL} poorly \(Q2 (?P<q2>-?[\d.]+)\)"), _poor),
     Kind(re.compile(rf"^{CHANNEL}: the residual .* widened by a factor (?P<factor>[\d.]+)"), _not_noise),
 )
@@ -240,20 +241,13 @@ def _first(found: Sequence[Found]) -> str:
 
 
 def _models(found: Iterable[Found]) -> str:
-    return _list(list(dict.fromkeys(one.model for one in found)), MOST_MODELS)
+    return listing(list(dict.fromkeys(one.model for one in found)), MOST_MODELS)
 
 
 def _emulators(found: Iterable[Found]) -> str:
     """ "emulator of null", "emulators of null and elastic"."""
     told = list(found)
     return f"emulator{'s' if len({one.model for one in told}) > 1 else ''} of {_models(told)}"
-
-
-def _list(names: Sequence[str], most: int = MOST_NAMED) -> str:
-    """ "a, b and c"; "a, b, c and 4 more"."""
-    shown, rest = list(names[:most]), len(names) - most
-    last = f"{rest} more" if rest > 0 else shown.pop()
-    return f"{', '.join(shown)} and {last}" if shown else last
 
 
 def _are(count: int) -> str:

@@ -7,7 +7,7 @@ The stated noise is kept: for what passes the filter the points are worth as muc
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress
 from birdstrike.inversion.forward import Forward, watched
 
 CLASSES = {"CFC60": 60.0, "CFC180": 180.0, "CFC600": 600.0, "CFC1000": 1000.0}
@@ -68,6 +69,6 @@ class FilteredForward:
         step = float(run.time[1] - run.time[0])
         return replace(run, channels={c: zero_phase(v, step, self.name) for c, v in run.channels.items()})
 
-    def watched(self, progress: Callable[[float], None]) -> FilteredForward:
+    def watched(self, progress: Progress) -> FilteredForward:
         """With its progress reported."""
         return replace(self, forward=watched(self.forward, progress))

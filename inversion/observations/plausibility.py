@@ -119,49 +119,81 @@ class _Beside:
 
 
 def _finding(beside: _Beside) -> str:
-    """What one number would mend; empty where nothing has to be."""
-    channel, allowed = beside.channel, beside.correlation[beside.allowed]
-    name, noise = channel.name, rms(channel.noise)
-    low, high, peak = float(beside.peaks.min()), float(beside.peaks.max()), channel.peak
-    span = f"{quantity(low, channel.unit)} .. {quantity(high, channel.unit)}"
-    end, last = beside.end, _last(channel)
-    if last > LONG * end and peak < low / FAR:
-        return (
-            f"{plain(name)} reads at most {quantity(peak, channel.unit)} where the runs peak at {span}, and ends at "
-            f"{1e3 * last:.4g} ms, the runs at {1e3 * end:.3g} ms: is its clock in another unit, such as milliseconds "
-            "that are called seconds, or the sensor dead? Import it again with the right --time-unit, or leave it out: "
-            "--channels"
-        )
-    if allowed.max() < UNLIKE and -allowed.min() > ALIKE:
-        return (
-            f"{plain(name)} has the opposite sign of every run of the campaign (correlation {allowed.min():.2f}): "
-            f"displacement counts positive in the direction of the push, strain in tension; import it again with "
-            f"--scale {name}=-1"
-        )
-    low, high = float(beside.seen.min()), float(beside.seen.max())
-    span = f"{quantity(low, channel.unit)} .. {quantity(high, channel.unit)}"
-    if not low / FAR <= peak <= FAR * high and np.abs(allowed).max() > ALIKE:
-        factor = peak / float(np.median(beside.seen))
-        return (
-            f"{plain(name)} has the shape of the runs and another size: it peaks at {quantity(peak, channel.unit)} "
-            f"where they do at {span}, {_slip(factor)}; import it again with the right --unit, or a --scale"
-        )
-    if peak < max(SILENT * noise, low / SILENT_SHARE) and peak < low / FAR:
-        return (
-            f"{plain(name)} shows no response: it reads at most {quantity(peak, channel.unit)} where the runs peak at "
-            f"{span}; a dead sensor, a wrong column or a wrong unit? Look at it, or leave it out: --channels"
-        )
-    best = int(np.argmin(beside.residual))
-    held = float(beside.residual[beside.allowed].min())
-    if beside.allowed[best] or held < NOISE * noise or beside.residual[best] > MENDED * held:
+    """The first fault whose remedy is one number or option; empty where there is none."""
+    checks = (_other_time_unit, _other_sign, _other_unit, _no_response, _other_trigger)
+    return next(filter(None, (check(beside) for check in checks)), "")
+
+
+def _other_time_unit(beside: _Beside) -> str:
+    """That the record is much longer than the runs and shows hardly any response."""
+    channel, end, last = beside.channel, beside.end, _last(beside.channel)
+    if last <= LONG * end or channel.peak >= float(beside.peaks.min()) / FAR:
         return ""
-    shift = float(beside.shifts[best])
     return (
-        f"{plain(name)} lies beside the runs best when its clock is moved by {-1e3 * shift:+.2f} ms (nearest run at "
-        f"{quantity(float(beside.residual[best]), channel.unit)} instead of {quantity(held, channel.unit)}), which "
-        f'the case does not allow: a late or early trigger? Import it again with --shift "{-1e3 * shift:.2f} ms", or '
-        f'state how well the trigger is known: inversion.nuisance.time_offset = "{abs(1e3 * shift) / 2.0:.1g} ms"'
+        f"{plain(channel.name)} reads at most {quantity(channel.peak, channel.unit)} where the runs peak at "
+        f"{_range(beside.peaks, channel.unit)}, and ends at {1e3 * last:.4g} ms, the runs at {1e3 * end:.3g} ms: is "
+        "its clock in another unit, such as milliseconds that are called seconds, or the sensor dead? Import it "
+        "again with the right --time-unit, or leave it out: --channels"
     )
+
+
+def _other_sign(beside: _Beside) -> str:
+    """That the record runs against every run."""
+    allowed = beside.correlation[beside.allowed]
+    if allowed.max() >= UNLIKE or -allowed.min() <= ALIKE:
+        return ""
+    return (
+        f"{plain(beside.channel.name)} has the opposite sign of every run of the campaign (correlation "
+        f"{allowed.min():.2f}): displacement counts positive in the direction of the push, strain in tension; import "
+        f"it again with --scale {beside.channel.name}=-1"
+    )
+
+
+def _other_unit(beside: _Beside) -> str:
+    """That the record has the shape of a run, and a peak that no run has."""
+    channel, alike = beside.channel, np.abs(beside.correlation[beside.allowed]).max()
+    low, high = float(beside.seen.min()), float(beside.seen.max())
+    if low / FAR <= channel.peak <= FAR * high or alike <= ALIKE:
+        return ""
+    factor = channel.peak / float(np.median(beside.seen))
+    return (
+        f"{plain(channel.name)} has the shape of the runs and another size: it peaks at "
+        f"{quantity(channel.peak, channel.unit)} where they do at {_range(beside.seen, channel.unit)}, {_slip(factor)}"
+        "; import it again with the right --unit, or a --scale"
+    )
+
+
+def _no_response(beside: _Beside) -> str:
+    """That the record stays in its noise, or far below the smallest run."""
+    channel, low = beside.channel, float(beside.seen.min())
+    if channel.peak >= max(SILENT * rms(channel.noise), low / SILENT_SHARE) or channel.peak >= low / FAR:
+        return ""
+    return (
+        f"{plain(channel.name)} shows no response: it reads at most {quantity(channel.peak, channel.unit)} where the "
+        f"runs peak at {_range(beside.seen, channel.unit)}; a dead sensor, a wrong column or a wrong unit? Look at it, "
+        "or leave it out: --channels"
+    )
+
+
+def _other_trigger(beside: _Beside) -> str:
+    """That a shift which the case does not allow brings the record to a run."""
+    channel, best = beside.channel, int(np.argmin(beside.residual))
+    held = float(beside.residual[beside.allowed].min())
+    if beside.allowed[best] or held < NOISE * rms(channel.noise) or beside.residual[best] > MENDED * held:
+        return ""
+    late = -1e3 * float(beside.shifts[best])  # ms
+    nearest = quantity(float(beside.residual[best]), channel.unit)
+    return (
+        f"{plain(channel.name)} lies beside the runs best when its clock is moved by {late:+.2f} ms (nearest run at "
+        f"{nearest} instead of {quantity(held, channel.unit)}), which the case does not allow: a late or early trigger?"
+        f' Import it again with --shift "{late:.2f} ms", or state how well the trigger is known: '
+        f'inversion.nuisance.time_offset = "{abs(late) / 2.0:.1g} ms"'
+    )
+
+
+def _range(values: Array, unit: str) -> str:
+    """Smallest and largest of SI values."""
+    return f"{quantity(float(values.min()), unit)} .. {quantity(float(values.max()), unit)}"
 
 
 def _last(channel: Channel) -> float:

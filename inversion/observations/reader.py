@@ -17,7 +17,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.formatting import many, plain, quantity
 from birdstrike.inversion.observations.baseline import Baseline
 from birdstrike.inversion.observations.high_frequency import white_scatter
 from birdstrike.inversion.observations.noise import BeforeContact, Noise, Stated, channel_noise, with_digitiser
@@ -71,17 +71,17 @@ def stated_noise(case: Case) -> dict[str, float]:
 class Expected:
     """What is known of a record before it is read.
 
-    units: sensor -> SI unit; start, end: of the simulated record [s], on the record's clock; quiet: until when the
-    plate is surely at rest [s]; noise: sensor -> standard deviation that the case states, SI; of: what has the sensors,
-    in messages; spared: what the simulation covers beyond `end` [s]; runs: where simulations are at hand, their clock
-    (m,) [s] and sensor -> curves (runs, m), SI: what scatters between neighbouring instants in them is no noise of the
-    record.
+    units: sensor -> SI unit; start, end: of the simulated record [s], on the record's clock; rest_until: until
+    when the plate is surely at rest [s]; noise: sensor -> standard deviation that the case states, SI; of: what has the
+    sensors, in messages; spared: what the simulation covers beyond `end` [s]; runs: where simulations are at hand,
+    their clock (m,) [s] and sensor -> curves (runs, m), SI: what scatters between neighbouring instants in them is no
+    noise of the record.
     """
 
     units: Mapping[str, str]
     start: float
     end: float
-    quiet: float
+    rest_until: float
     noise: Mapping[str, float] = field(default_factory=dict)
     of: str = "the case"
     spared: float = 0.0
@@ -108,8 +108,8 @@ class Expected:
         start, end = float(dataset.time[0]), float(dataset.time[-1])
         reach = FARTHEST_ORIGIN * time_offset
         spared, runs = min(reach, LARGEST_SPARE * (end - start)), (dataset.time, dataset.curves)
-        quiet, units = max(start, _first_motion(dataset)) - reach, dataset.channel_units
-        return cls(units, start, end - spared, quiet, noise, "the campaign's case", spared, runs)
+        rest_until, units = max(start, _first_motion(dataset)) - reach, dataset.channel_units
+        return cls(units, start, end - spared, rest_until, noise, "the campaign's case", spared, runs)
 
     def own_scatter(self, name: str, times: Array) -> float:
         """Standard deviation between neighbouring instants of the runs themselves, median of the runs, SI."""
@@ -261,7 +261,7 @@ def _channel(
     cuts = {OUTSIDE: outside, CLIPPED: window[flat], FROZEN: window[stuck], DROPOUT: window[missing]}
     _refuse_few(measured, expected, name, fewest, kept, cuts)
     _refuse_rest(measured, expected, name, times[kept])
-    early = times < expected.quiet
+    early = times < expected.rest_until
     peak = float(np.abs(values[kept]).max())
     before = BeforeContact.of(times[early], values[early], peak, float(np.ptp(times[kept])))
     white = _white(expected, name, times[kept], values[kept])
@@ -304,7 +304,7 @@ def _refuse_few(
     if len(kept) >= fewest:
         return
     span = f"{expected.start * 1e3:g} .. {expected.end * 1e3:g} ms"
-    where = f'"{name}" in {measured.path} has {len(kept)} points in the simulated record {span}'
+    where = f'"{name}" in {measured.path} has {many(len(kept), "point")} in the simulated record {span}'
     others = (
         (CLIPPED, "clipped"),
         (SATURATED, "saturated"),
@@ -319,9 +319,9 @@ def _refuse_few(
 
 def _refuse_rest(measured: Measured, expected: Expected, name: str, times: Array) -> None:
     """Raises MeasuredError where a channel ends before anything can have moved, or as good as at once."""
-    if times[-1] < expected.quiet:
+    if times[-1] < expected.rest_until:
         raise MeasuredError(
-            f'"{name}" in {measured.path} shows no impact: until {1e3 * expected.quiet:.4g} ms nothing moves in '
+            f'"{name}" in {measured.path} shows no impact: until {1e3 * expected.rest_until:.4g} ms nothing moves in '
             f"{expected.of}, and {_clock(measured, name)}, or was it cut too early (leave it out: --channels)?"
         )
     if times[-1] - expected.start < (expected.end - expected.start) / SHORT:

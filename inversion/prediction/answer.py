@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 QUANTILES = {"q025": 0.025, "q25": 0.25, "q50": 0.5, "q75": 0.75, "q975": 0.975}
-SETTLED_FROM = 0.85  # of the record: its rest tells the residual deflection
+SETTLED_FROM = 0.85  # of the record: the residual deflection is taken from the rest
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Limit:
 
 
 @dataclass(frozen=True)
-class Told:
+class AveragedExplanation:
     """One explanation: its probability here, and what became of its effects: label -> carried, drawn anew, ..."""
 
     name: str
@@ -78,7 +78,7 @@ class Prediction(Displayed):
     perforation: Mapping[str, Any]
     sources: Mapping[str, Mapping[str, float]]
     narrowing: tuple[Mapping[str, Any], ...]
-    explanations: tuple[Told, ...]
+    explanations: tuple[AveragedExplanation, ...]
     posterior: tuple[str, ...]
     tolerances: Mapping[str, Mapping[str, Any]]
     campaign: Mapping[str, Any]

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import in_words, plain, quantity
+from birdstrike.inversion.formatting import in_words, listing, plain, quantity
 from birdstrike.inversion.prediction.curves import PARTS, SensorDraws, largest
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.sample import EFFECT
 
 SOURCES = ("parameters", "effect", "discrepancy", "mesh", "tolerances", "emulator")
-WORTH = 0.1  # share of the variance from which on a remedy is told
+WORTH = 0.1  # share of the variance from which on a remedy is given
 
 
 def variances(draws: SensorDraws) -> dict[str, float]:
@@ -87,7 +87,7 @@ def _remedy(source: str, draws: SensorDraws, learnt: Learnt, tolerances: Sequenc
             return f"decide between the explanations: {learnt.next_measurement}"
         return "decide between the explanations: repeat the learnt shot with a further sensor and diagnose both"
     if source == "tolerances":
-        named = " and ".join(_named(key, tolerances) for key in tolerances) or "what differs from shot to shot"
+        named = listing([_named(key, tolerances) for key in tolerances]) or "what differs from shot to shot"
         return f"measure {named} of the new shot"
     if source == "mesh":
         return "simulate the new case on a finer mesh"

@@ -6,7 +6,7 @@ The simulated points are draws of the posterior themselves, so that they serve a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import CaseError, RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import Progress
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.plan import meshes
 from birdstrike.inversion.estimation.mesh_correction import fine_mesh, spread
@@ -29,7 +30,6 @@ GOOD_Q2 = 0.9
 FINE = 3  # simulations on the finer mesh: a mean and its scatter
 LEAST_FINISHED = 0.6  # of the simulations
 TORN = "eroded_shells"
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -109,20 +109,9 @@ def run_campaign(
 ) -> Campaign:
     """Simulate the points, call `simulated`, and fit the emulators; raises RunFailed when too few finish."""
     coarse, fine = _meshes(learnt, case)
-    bases = _bases(learnt, coarse)
-    failures: dict[str, str] = {}
-    cases: dict[str, Case] = {}
-    for i in range(len(points)):
-        try:
-            cases[f"draw {i}"] = case_at(bases[int(points.explanation[i])], points.at(i))
-        except CaseError as error:
-            failures[f"draw {i}"] = "; ".join(error.errors)
     chosen = _fine_points(points) if fine is not None else []
-    finer = _bases(learnt, fine) if fine is not None else []
-    fine_cases = {
-        f"fine {i}": case_at(finer[int(points.explanation[i])], points.at(i)) for i in chosen if f"draw {i}" in cases
-    }
-    runs = simulations.run({**cases, **fine_cases})
+    cases, failures = _cases(learnt, points, coarse, fine, chosen)
+    runs = simulations.run(cases)
     simulated()
     failures |= simulations.failures
     done = [i for i in range(len(points)) if f"draw {i}" in runs]
@@ -147,6 +136,25 @@ def run_campaign(
     }
     counts = {"asked": len(points), "finished": len(done), "finer": len(pairs)}
     return Campaign(coarse, kept, time, curves, torn, families, added, counts, failures)
+
+
+def _cases(
+    learnt: Learnt, points: Sample, coarse: Case, fine: Case | None, chosen: Sequence[int]
+) -> tuple[dict[str, Case], dict[str, str]]:
+    """Cases of the draws, `draw 0` and so on, and of the chosen ones on the finer mesh, `fine 0`; why a draw has none.
+
+    coarse, fine: the new case on both meshes.
+    """
+    bases, failures, cases = _bases(learnt, coarse), dict[str, str](), dict[str, Case]()
+    for i in range(len(points)):
+        try:
+            cases[f"draw {i}"] = case_at(bases[int(points.explanation[i])], points.at(i))
+        except CaseError as error:
+            failures[f"draw {i}"] = "; ".join(error.errors)
+    if fine is not None:
+        finer, there = _bases(learnt, fine), [i for i in chosen if f"draw {i}" in cases]
+        cases |= {f"fine {i}": case_at(finer[int(points.explanation[i])], points.at(i)) for i in there}
+    return cases, failures
 
 
 def _difference(fine: Histories, coarse: Histories, name: str, time: Array) -> Array:

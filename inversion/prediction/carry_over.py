@@ -46,14 +46,13 @@ PLACE = {"at", "point", "noise"}
 class Carried:
     """One effect of the explanations in the new case.
 
-    label, name: as in the diagnosis; scope: bird, rig, plate, shot or sensor; how: carried with its magnitude, drawn
-    anew from a normal distribution of one plausible size (`size`, SI), or left behind; sensors: that an instrument's
-    error acts on, empty for an effect of the solver; one_sided: whether its magnitude cannot be negative.
+    label, name: as in the diagnosis; how: carried with its magnitude, drawn anew from a normal distribution of one
+    plausible size (`size`, SI), or left behind; sensors: that an instrument's error acts on, empty for an effect of the
+    solver; one_sided: whether its magnitude cannot be negative.
     """
 
     label: str
     name: str
-    scope: str
     how: str
     size: float
     sensors: tuple[str, ...]
@@ -69,7 +68,7 @@ def carried_effects(learnt: Learnt, case: Case, left_out: Sequence[str] = ()) ->
     known, errors = effects(), list[str]()
     for label, name, size in _members(learnt.explanations):
         if {label, name, kind_of(name)} & set(left_out):
-            found[label] = Carried(label, name, "", DROPPED, size, (), False)
+            found[label] = Carried(label, name, DROPPED, size, (), False)
             continue
         if kind_of(name) not in known:
             errors.append(f"effect {name} is not in the library: load the package or script that registers it first")
@@ -107,21 +106,21 @@ def _carried(label: str, name: str, size: float, learnt: Learnt, case: Case) -> 
         faults = {one.label: one.sensors for one in instrument_effects(learnt.case, learnt.sensors)}
         there = tuple(s for s in faults.get(label, ()) if s in case.sensors and same_sensor(learnt.case, case, s))
         how = CARRIED if there else DROPPED
-        return Carried(label, name, "sensor", how, size, there, name == "sensor_bandwidth")
+        return Carried(label, name, how, size, there, name == "sensor_bandwidth")
     if name == "time_offset":
-        return Carried(label, name, "shot", ANEW, size, tuple(case.sensors), False)
+        return Carried(label, name, ANEW, size, tuple(case.sensors), False)
     effect = effect_named(name)
     sided = not effect.refuses(case) and effect.one_sided(case)
     if name in OF_SHOT:
-        return Carried(label, name, "shot", ANEW, size, (), sided)
+        return Carried(label, name, ANEW, size, (), sided)
     if name in OF_BIRD:
-        return Carried(label, name, "bird", CARRIED, size, (), sided)
-    of_plate = name in OF_PLATE
-    same = not other_rig(learnt.case, case)
-    if of_plate:
+        return Carried(label, name, CARRIED, size, (), sided)
+    if name in OF_PLATE:
         same = case.plate == learnt.case.plate and case.target == learnt.case.target
+    else:
+        same = not other_rig(learnt.case, case)
     own = size if same or effect.refuses(case) else effect.size(case)
-    return Carried(label, name, "plate" if of_plate else "rig", CARRIED if same else ANEW, own, (), sided)
+    return Carried(label, name, CARRIED if same else ANEW, own, (), sided)
 
 
 def same_sensor(learnt: Case, case: Case, name: str) -> bool:

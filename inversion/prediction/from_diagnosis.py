@@ -1,4 +1,4 @@
-"""What a diagnosis tells: its credible set with draws of each model, its discrepancy, its residuals."""
+"""What a prediction takes from a diagnosis: credible set, draws of each of its models, discrepancy, residuals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Tree = Mapping[str, Any]
 
 
 def read_diagnosis(folder: Path) -> Learnt:
-    """What a diagnosis' folder tells; raises UserError for one that is incomplete or of an earlier version."""
+    """From the folder of a diagnosis; raises UserError for one that is incomplete or of an earlier version."""
     found = Diagnosis.read(folder / "diagnosis.json")
     missing = [name for name in (FILE, "case.toml") if not (folder / name).is_file()]
     model = {} if missing else load_tree(folder / FILE)
@@ -48,7 +48,7 @@ def read_diagnosis(folder: Path) -> Learnt:
             "draws the model is predicted without an effect, and what it left of the record is carried as model error"
         )
     if bare := [one["label"] for one in model["posterior"] if "residuals" not in one]:
-        warnings.append(_borrowed(folder, bare, _chosen(found)))
+        warnings.append(_substitutes(folder, bare, _chosen(found)))
     said = (
         f"{likely} of the diagnosis' 95 % set by probability, {counts} draws of each from its posterior (joint in "
         "parameters and magnitudes)",
@@ -90,13 +90,13 @@ def _explanation(one: Tree, model: Tree, shape: Tree) -> Explanation:
     )
 
 
-def _borrowed(folder: Path, labels: list[str], chosen: str) -> str:
-    """What stands for the residuals that an earlier version did not store."""
+def _substitutes(folder: Path, labels: list[str], chosen: str) -> str:
+    """A warning that names what is used in place of the residuals that an earlier version did not store."""
     own = [label for label in labels if label in (NONE, chosen)]
-    lent = [label for label in labels if label == SOMETHING_ELSE]
+    unexplained = [label for label in labels if label == SOMETHING_ELSE]
     none = [label for label in labels if label not in (NONE, chosen, SOMETHING_ELSE)]
     parts = [f"{' and '.join(own)}: that of the fit, for all draws"] * bool(own)
-    parts += [f"{SOMETHING_ELSE}: that of {NONE}"] * bool(lent)
+    parts += [f"{SOMETHING_ELSE}: that of {NONE}"] * bool(unexplained)
     parts += [f"{', '.join(none)}: none, the model error as large as the diagnosis states it"] * bool(none)
     return (
         f"{folder} was made by an earlier version, which stored no residual of each draw; in its place stands, of "

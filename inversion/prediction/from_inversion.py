@@ -1,4 +1,4 @@
-"""What a calibration tells: draws of its posterior, and what its verification run leaves of the records."""
+"""What a prediction takes from a calibration: draws of its posterior, residuals of its verification run."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ NO_SAMPLE = (
 
 
 def read_inversion(folder: Path) -> Learnt:
-    """What a train-and-invert's folder tells; raises UserError for one that is incomplete."""
+    """What a prediction takes from the folder of train-and-invert; raises UserError for one that is incomplete."""
     try:
         found = Inversion.load(folder / "inversion.json")
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""What a comparison of bird models tells: each by its probability of being the best, with draws of its posterior."""
+"""What a prediction takes from a comparison of bird models: probabilities of being the best, posterior draws."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from birdstrike.data.curves import read_histories, read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
+from birdstrike.inversion.formatting import listing
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.models.ranking import misses
 from birdstrike.inversion.models.results import COMPARISON, read_comparison
@@ -35,8 +36,7 @@ LEAST = 0.02  # probability of being the best below which a model is left out
 
 
 def read_models(folder: Path, model: str = "") -> Learnt:
-    """What a calibrate-models' folder tells, of one model alone where it is named; raises UserError for one without
-    draws."""
+    """From the folder of calibrate-models; model: this one alone. Raises UserError where none, or not it, is ranked."""
     content = read_comparison(folder, model)
     shares = {name: float(content["models"][name].get("probability_best") or 0.0) for name in content["ranking"]}
     likely = [name for name, share in shares.items() if share >= LEAST] or list(content["ranking"][:1])
@@ -52,8 +52,8 @@ def read_models(folder: Path, model: str = "") -> Learnt:
     stored = [name for name in kept if name not in rough]
     said = (
         _which(kept, shares, content["models"]),
-        *([f"up to 2000 draws of {' and '.join(stored)} from the posterior ({DRAWS_FILE})"] if stored else []),
-        *([f"{' and '.join(rough)}: {NO_SAMPLE}"] if rough else []),
+        *([f"up to 2000 draws of {listing(stored)} from the posterior ({DRAWS_FILE})"] if stored else []),
+        *([f"{listing(rough)}: {NO_SAMPLE}"] if rough else []),
         "the bird's material is each model's own; what the new case states of it is not used",
         "no missing effect was looked for: run diagnose to have the explanations averaged",
     )

@@ -1,4 +1,4 @@
-"""What a results folder tells of the bird, the missing effects and the model's error: one form for every command."""
+"""What a prediction rests on: bird, missing effects and model error from a results folder, in one form."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class LearntShot:
 
 @dataclass(frozen=True)
 class Learnt:
-    """What a folder tells.
+    """What a prediction rests on.
 
     source: the command that made it; case: of the first shot; corrected: whether its models stand for a finer mesh than
     the campaign's; diagnosed: whether campaign and fine mesh are those of a diagnosis; next_measurement: its proposal;

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,14 +11,15 @@ import numpy as np
 
 from birdstrike.data.errors import UnitError, UserError
 from birdstrike.data.out_folder import model_of
+from birdstrike.data.progress import Progress, silent
 from birdstrike.data.units import to_si
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.inversion.prediction.answer import (
+    AveragedExplanation,
     Band,
     Limit,
     Prediction,
-    Told,
     exceeded,
     quantiles_of,
     settled,
@@ -66,7 +67,7 @@ class PredictOptions:
     only: Sequence[str] = ()
     retry_failed: bool = False
     counter: Counter = uncounted
-    progress: Callable[[float], None] = lambda _: None
+    progress: Progress = silent
 
 
 def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: PredictOptions | None = None) -> Prediction:
@@ -109,7 +110,10 @@ def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: Pred
 
 
 def prepared(new: Case, known: Learnt, folder: Path, choice: PredictOptions) -> tuple[Setting, dict[str, int]]:
-    """The simulations of the new case with what it takes to draw from them, and how many were paid and reused."""
+    """The simulations of the new case with what it takes to draw from them, and how many were paid and reused.
+
+    Raises UserError for a budget, case, tolerance or effect that cannot be predicted with, RunFailed for too few runs.
+    """
     if choice.budget < LEAST_BUDGET:
         raise UserError(f"--budget = {choice.budget} is below {LEAST_BUDGET}; {BUDGET} is usual")
     refuse_another_bird(known, new)
@@ -204,7 +208,7 @@ def _assembled(
         },
         sources={name: shares(one) for name, one in draws.items()},
         narrowing=narrowing(draws, learnt, list(setting.held), first),
-        explanations=tuple(_told(learnt, setting.carried)),
+        explanations=tuple(_averaged(learnt, setting.carried)),
         posterior=learnt.said,
         tolerances={k: {"value": t.value, "sigma": t.sigma, "unit": t.unit} for k, t in setting.tolerances.items()},
         campaign={
@@ -237,9 +241,9 @@ def tears(case: Case) -> bool:
     return not case.plate.rigid and case.plate.material.failure_strain < NEVER_TEARS
 
 
-def _told(learnt: Learnt, carried: Mapping[str, Carried]) -> list[Told]:
+def _averaged(learnt: Learnt, carried: Mapping[str, Carried]) -> list[AveragedExplanation]:
     return [
-        Told(one.label, one.probability, {label: carried[label].how for label in one.members})
+        AveragedExplanation(one.label, one.probability, {label: carried[label].how for label in one.members})
         for one in learnt.explanations
     ]
 

@@ -1,4 +1,4 @@
-"""A results folder read: which command made it, and what it tells."""
+"""A results folder read for a prediction, by the command that made it."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
-from birdstrike.inversion.formatting import label_parts, provenance
+from birdstrike.inversion.formatting import label_parts, provenance_of
 from birdstrike.inversion.results.estimates import ends_95
 from birdstrike.solver.case.case import Case
 
@@ -220,9 +220,7 @@ class Diagnosis(Displayed):
     @property
     def provenance(self) -> str:
         """Whether the records are measured, and of several which are simulated."""
-        shots = self.record["shots"]
-        simulated = self.record.get("simulated_shots", shots if self.record["simulated"] else [])
-        return provenance(shots, simulated)
+        return provenance_of(self.record, self.record["shots"])
 
     @property
     def units(self) -> dict[str, str]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.inversion.formatting import many
 
 
 @dataclass(frozen=True)
@@ -32,8 +33,7 @@ class DesignFigures:
     @property
     def sentence(self) -> str:
         """What a deficient design carries."""
-        directions = "1 direction" if self.rank == 1 else f"{self.rank} directions"
-        return f"the design carries {directions}, not {self.parameters}"
+        return f"the design carries {many(self.rank, 'direction')}, not {self.parameters}"
 
 
 @dataclass(frozen=True)

@@ -6,17 +6,18 @@ shape, mass, speed and mesh. They run side by side, each once: it is kept in `mo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from birdstrike.data.errors import CaseError, MachineFailure
 from birdstrike.data.histories import Histories
+from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
 from birdstrike.data.units import quantity_text
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
-from birdstrike.doe.campaign.runner import RunCounts, Runner
+from birdstrike.doe.campaign.runner import Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.doe.external.deck import refuse_missing_in_deck
 from birdstrike.doe.solvers import solver_for
@@ -36,15 +37,13 @@ STANDARD = {
 PICTURE_TIME = 1.5e-3  # s: near the plate's peak in the reference strike, where the models are usually compared
 FRAMES = 40  # of the animation
 
-Progress = Callable[[float], None]
-
 
 def run_models(results: Results, progress: Progress | None = None) -> Results:
     """Results with every model's simulation, run where it is not in the store; a failure is kept with its reason."""
     cases: dict[str, Case | CaseError] = {name: _standard(results, shipped) for name, shipped in STANDARD.items()}
     cases[results.best] = _inverted(results)
     runnable = {key: case for key, case in cases.items() if not isinstance(case, CaseError)}
-    outcomes = _outcomes(runnable, RunStore(results.folder / "models" / "runs"), progress or (lambda _: None))
+    outcomes = _outcomes(runnable, RunStore(results.folder / "models" / "runs"), progress or silent)
     models: dict[str, Model] = {}
     for key, case in cases.items():
         kept = runnable.get(key)
@@ -56,14 +55,10 @@ def run_models(results: Results, progress: Progress | None = None) -> Results:
 
 def _outcomes(cases: Mapping[str, Case], store: RunStore, progress: Progress) -> dict[str, Finished | Failed]:
     """What became of each model's simulation; those that are due run in processes of their own."""
-
-    def counted(counts: RunCounts) -> None:
-        progress(counts.done)
-
     # The longest first: the standard birds, whose kernels may have to be compiled.
     planned = [PlannedRun.of(i, {}, case, solver_for(case, forward.simulate)) for i, case in enumerate(cases.values())]
     planned = [replace(run, case=case) for run, case in zip(planned, cases.values(), strict=True)]
-    runner = Runner(store, planned, counted)
+    runner = Runner(store, planned, lambda counts: progress(counts.done))
     if runner.due:
         workers, case = min(worker_count(None), len(runner.due)), next(iter(cases.values()))
         with process_pool(workers) as pool:

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.estimation.verification import error_words
-from birdstrike.inversion.formatting import flight, provenance, quantity, span
+from birdstrike.inversion.formatting import flight, provenance_of, quantity, span
 from birdstrike.inversion.models.results import COMPARISON, read_comparison
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.estimates import Answer, Estimate
@@ -127,7 +127,6 @@ def _of_model(folder: Path, name: str) -> Export:
     ]
     remarks += [one["sentence"] for one in answer["combinations"].values() if one["sentence"]]
     low, high = answer["expected_95"]
-    simulated = content.get("simulated_shots", shots if content["simulated"] else [])
     files = ", ".join(Path(content["records"][shot]).name for shot in shots)
     source = (
         f"Bird model {name} calibrated by calibrate-models ({COMPARISON}), place {content['ranking'].index(name) + 1} "
@@ -135,7 +134,7 @@ def _of_model(folder: Path, name: str) -> Export:
         f"{high:.2f}).",
         *([] if answer["inside"] else ["NO CONSTANTS in its ranges produce the records: these are only the nearest."]),
         f"{content['sentence']}.",
-        f"Records: {files}. {provenance(shots, simulated)}.",
+        f"Records: {files}. {provenance_of(content, shots)}.",
         f"Case of the first {case_hash(base)}: {_impact(base)}.",
     )
     return Export((ExportedBird(name, bird.material, bird.actual_density, tuple(remarks)),), source)

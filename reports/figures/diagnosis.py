@@ -40,7 +40,7 @@ FAMILIES = {
 }
 STATES = {"before": (VERMILION, "-"), "after": (BLUE, (0, (5, 2)))}
 MOST_ROWS = 10
-TOLD = 0.01  # probability from which on a model outside the 95 % set is shown
+REPORTED = 0.01  # probability from which on a model outside the 95 % set is shown
 SHARES = (0.05, 60.0)  # % of the peak: axis of the required model error
 
 
@@ -75,7 +75,7 @@ def shown_models(found: Diagnosis) -> list[str]:
     """The likeliest models, families by their probability and models within them; `none` is always among them."""
     family = {one.name: one.family for one in found.effects}
     shares, inside = found.probabilities, set(found.confidence_set)
-    likely = [name for name in shares if name in inside or shares[name] >= TOLD]
+    likely = [name for name in shares if name in inside or shares[name] >= REPORTED]
     needs = {name: value for name, value in found.required_discrepancy.items() if value is not None}
     kept = dict.fromkeys(["none", *likely[: MOST_ROWS - 3], *sorted(needs, key=lambda name: needs[name])[:2]])
     totals = found.families

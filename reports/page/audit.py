@@ -255,7 +255,7 @@ def _lines(content: Mapping[str, Any]) -> Iterator[str]:
         yield "\n## Not measured\n"
         yield "The criteria of the tables for which no record has been diagnosed:"
     for channels, shots in missing:
-        heading = f"{channels} channel{'s' if channels > 1 else ''}, {shots} shot{'s' if shots > 1 else ''}"
+        heading = f"{many(channels, 'channel')}, {many(shots, 'shot')}"
         yield f"\n### {heading}, without and with a baseline, truths by the declared and by another model\n"
         yield "| figure | criterion | met |"
         yield "|---|---|---|"

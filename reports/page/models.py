@@ -7,7 +7,7 @@ from pathlib import Path
 from birdstrike.data.curves import read_histories, read_measured
 from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Histories
-from birdstrike.inversion.formatting import provenance
+from birdstrike.inversion.formatting import many, provenance
 from birdstrike.inversion.models.results import read_comparison
 from birdstrike.reports.figures.switches import CALIBRATED, COLOURS, PUBLISHED, RECORD
 from birdstrike.reports.page.render import rendered
@@ -52,7 +52,7 @@ def page(results: ModelsResults) -> str:
     simulated = [shot for shot, record in results.records.items() if record.simulated]
     known = provenance(list(results.records), simulated)
     return rendered(
-        title=f"Bird models calibrated to {len(results.records)} shot{'s' if len(results.records) > 1 else ''}",
+        title=f"Bird models calibrated to {many(len(results.records), 'shot')}",
         subtitle=f"{known}; every model curve is simulated by {results.program}.",
         sections=[make(results) for make in SECTIONS],
         switches=[{"key": k, "title": v, "colour": COLOURS[k], "dashes": "none"} for k, v in SWITCHES.items()],

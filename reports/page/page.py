@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from birdstrike.data.files import write_atomically
+from birdstrike.data.progress import Progress, silent
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.reports.blocks import Picture, Section
 from birdstrike.reports.comparison.models import run_models
@@ -97,7 +98,7 @@ def report(
     diagnosis: str | Path | None = None,
     models: bool = True,
     diagnosed: bool = True,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Path:
     """Write the page about `folder` (default `folder/report.html`) and return its path; raises UserError.
 
@@ -119,9 +120,7 @@ def is_whole(parts: Parts) -> bool:
     return parts.doe is not None and parts.inversion is not None
 
 
-def write_part_page(
-    parts: Parts, path: Path, progress: Callable[[float], None] | None = None
-) -> tuple[Path, tuple[str, ...]]:
+def write_part_page(parts: Parts, path: Path, progress: Progress | None = None) -> tuple[Path, tuple[str, ...]]:
     """Write a page of the parts that exist; its path, and what was found in a few sentences. Raises UserError."""
     made: list[Section] = []
     findings, name = tuple[str, ...](), parts.folder.absolute().name
@@ -150,7 +149,7 @@ def write_part_page(
 def write_page(
     results: Results,
     path: Path,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     *,
     models: bool = True,
     diagnosed: bool = True,
@@ -159,7 +158,7 @@ def write_page(
 
     It links to the page of `explore` where that lies beside it.
     """
-    report_share = progress or (lambda _: None)
+    report_share = progress or silent
     if models:
         results = run_models(results, lambda share: report_share(SIMULATIONS * share))
     begun = SIMULATIONS if models else 0.0
@@ -172,7 +171,7 @@ def write_page(
 
 def page(
     results: Results,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     makers: Sequence[Maker] = SECTIONS,
     beside: str = "",
 ) -> str:

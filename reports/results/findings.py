@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
+from birdstrike.inversion.formatting import listing
 from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
 from birdstrike.reports.results.measurement import RecordPosition, origin, peak, record_position, residual, short_name
 from birdstrike.reports.results.results import CampaignResults, InversionResults, Results, RunSummary
@@ -45,11 +46,6 @@ def _record_peaks(results: Results) -> str:
         each = " each" if len(counts) > 1 else ""
         return f"{counts[0]} points{each} of {listing(peaks)}"
     return listing([f"{count} points of {text}" for count, text in zip(counts, peaks, strict=True)])
-
-
-def listing(parts: Sequence[str]) -> str:
-    """`a, b and c`."""
-    return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else "".join(parts)
 
 
 def verified(results: InversionResults) -> str:

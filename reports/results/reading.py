@@ -17,6 +17,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore
 from birdstrike.data.units import display
 from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.inversion.formatting import listing
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.ingredients import ShotFigures
 from birdstrike.inversion.results.inversion import Inversion
@@ -83,7 +84,7 @@ def _errors(answer: Answer, shot: ShotFigures) -> str:
             number, unit = display(score.verified_rmse, score.unit)
             share = "" if score.verified_relative is None else f" ({100 * score.verified_relative:.2g} % of the peak)"
             said.append(f"{number:.3g} {unit} RMS in {channel.removesuffix(shot.suffix)}{share}".replace("  ", " "))
-    return " and ".join(said) or "an unknown error"
+    return listing(said) or "an unknown error"
 
 
 Simulated = dict[str, dict[str, Array]]

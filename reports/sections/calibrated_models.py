@@ -6,11 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from birdstrike.data.curves import Measured
 from birdstrike.data.histories import Histories
 from birdstrike.inversion.formatting import plain, quantity, span
+from birdstrike.inversion.misfit import rms
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.calibrated_models import curves_figure, heldout_figure
 from birdstrike.reports.figures.quantities import parameter_label
@@ -181,7 +180,7 @@ def _optimised(results: ModelsResults) -> Table:
     rows = []
     for name in results.ranked:
         model = results.content["models"][name]
-        own = float(np.sqrt(np.mean(np.square(list(model["verified_weighted"].values())))))
+        own = rms(list(model["verified_weighted"].values()))
         rows.append((name, "calibration", f"{own:.2f}", str(max(model["strikes_per_shot"].values())), ""))
         for method, one in model["optimised"].items():
             rows.append((name, method.replace("_", " "), f"{one['weighted']:.2f}", str(one["strikes"]), one["ended"]))

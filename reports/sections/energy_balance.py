@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from birdstrike.inversion.formatting import many
 from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.figures.quantities import significant
 from birdstrike.reports.results.findings import NO_BALANCE, largest, percent
@@ -15,7 +16,7 @@ LIMIT_ENERGY = 0.01  # of the initial normal kinetic energy
 def section(results: CampaignResults) -> Section:
     """One row a simulation; a failed one has no balance and stands among the warnings of the summary."""
     every = results.every_summary
-    words = f"This report rests on {len(every)} simulations. {_worst(every)}"
+    words = f"This report rests on {many(len(every), 'simulation')}. {_worst(every)}"
     return Section("energy_balance", "Energy balance of every simulation", (Paragraph(words), _table(results)))
 
 
@@ -35,7 +36,7 @@ def _worst(every: Mapping[str, RunSummary]) -> str:
 
 def counted(runs: int) -> str:
     """`1 simulation`, `2 simulations`, `none`."""
-    return "none" if runs == 0 else f"{runs} simulation{'s' if runs > 1 else ''}"
+    return "none" if runs == 0 else many(runs, "simulation")
 
 
 def _table(results: CampaignResults) -> Table:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import RunFailed
+from birdstrike.data.progress import Progress, silent
 from birdstrike.doe.campaign.worker import process_pool
 from birdstrike.reports.verification.cache import Cache, Result
 from birdstrike.reports.verification.ledger import renewed
@@ -39,7 +40,6 @@ def solve_one(folder: Path, name: str) -> float:
 
 
 CACHE = ".verification"
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def verify(
     started = time.perf_counter()
     kept, wanted = Cache(Path(cache).resolve()), chosen(only)
     due = [problem for problem in wanted if kept.recall(problem) is None]
-    spent = run_due(kept, due, workers, progress or (lambda _: None), told or (lambda _: None))
+    spent = run_due(kept, due, workers, progress or silent, told or (lambda _: None))
     results = [result for problem in wanted if (result := kept.recall(problem)) is not None]
     verification = Verification(tuple(results), time.perf_counter() - started, spent)
     if out is not None:
@@ -153,7 +153,7 @@ def run_due(
 
 
 def result_named(future: Future[float], what: str) -> float:
-    """The result; a failure says which problem or simulation it was."""
+    """The result; raises RunFailed, which says which problem or simulation failed."""
     try:
         return future.result()
     except RunFailed as error:

@@ -5,13 +5,13 @@ Kingma and Ba, "Adam: a method for stochastic optimization", 2014; all samples i
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress
 from birdstrike.surrogate.network import Shape
 from birdstrike.surrogate.trainers.training import Samples, Training, one_torch_thread
 
@@ -33,16 +33,14 @@ def train(
     start: Array,
     samples: Samples,
     settings: Settings | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Training:
     """Train from the weights `start`; Adam may go uphill, so the best weights are kept. Nothing is drawn at random."""
     with one_torch_thread():
         return _train(shape, start, samples, settings or Settings(), progress)
 
 
-def _train(
-    shape: Shape, start: Array, samples: Samples, rules: Settings, progress: Callable[[float], None] | None
-) -> Training:
+def _train(shape: Shape, start: Array, samples: Samples, rules: Settings, progress: Progress | None) -> Training:
     import torch
 
     weights = torch.tensor(start, dtype=torch.float64, requires_grad=True)

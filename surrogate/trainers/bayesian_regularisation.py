@@ -8,13 +8,13 @@ sum e^2). Foresee and Hagan, "Gauss-Newton approximation to Bayesian learning", 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress
 from birdstrike.surrogate.network import Shape, jacobian
 from birdstrike.surrogate.trainers.training import Samples, Training
 
@@ -64,7 +64,7 @@ def train(
     start: Array,
     samples: Samples,
     settings: Settings | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Training:
     """Train from the weights `start`; the status says how many weights were effective."""
     rules = settings or Settings()
@@ -72,9 +72,7 @@ def train(
         return _train(shape, np.array(start, dtype=np.float64), samples, rules, progress)
 
 
-def _train(
-    shape: Shape, weights: Array, samples: Samples, rules: Settings, progress: Callable[[float], None] | None
-) -> Training:
+def _train(shape: Shape, weights: Array, samples: Samples, rules: Settings, progress: Progress | None) -> Training:
     residuals, mu, steady = samples.t.size, rules.mu, 0
     error = samples.mse(shape, weights) * residuals
     weighing = Weighing.of(float(shape.weights), float(weights @ weights), error, residuals)

@@ -6,13 +6,13 @@ mu, one that has reached a stopping rule leaves the batch. Nothing of one networ
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress
 from birdstrike.surrogate.network import Shape, nguyen_widrow
 from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
 from birdstrike.surrogate.trainers.training import Samples, Training, one_torch_thread
@@ -28,7 +28,7 @@ def train(
     start: Array,
     samples: Samples,
     settings: Settings | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Training:
     """Train from the starting weights `start` (N, p); weights (N, p) and mean errors over the members come back."""
     import torch  # takes seconds to load, so only who trains many networks waits for it

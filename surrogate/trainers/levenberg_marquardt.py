@@ -7,7 +7,7 @@ feedforward networks with the Marquardt algorithm", IEEE Trans. Neural Networks 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ from scipy.linalg import get_lapack_funcs
 from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
+from birdstrike.data.progress import Progress
 from birdstrike.surrogate.network import Shape, jacobian
 from birdstrike.surrogate.trainers.training import Samples, Training
 
@@ -86,7 +87,7 @@ def train(
     start: Array,
     samples: Samples,
     settings: Settings | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Training:
     """Train from the weights `start`; every step lowers the training error, so the last weights are the best.
 
@@ -97,9 +98,7 @@ def train(
         return _train(shape, start, samples, settings or Settings(), progress)
 
 
-def _train(
-    shape: Shape, start: Array, samples: Samples, rules: Settings, progress: Callable[[float], None] | None
-) -> Training:
+def _train(shape: Shape, start: Array, samples: Samples, rules: Settings, progress: Progress | None) -> Training:
     weights, mu = np.array(start, dtype=np.float64), max(rules.mu, rules.mu_min)
     workspace = np.zeros((len(samples.x), shape.outputs, shape.weights))
     history = [(samples.mse(shape, weights), samples.test_mse(shape, weights), mu)]

@@ -11,9 +11,10 @@ from typing import Any
 
 import pytest
 
+from birdstrike.data.progress import Progress
 from birdstrike.effects import Effect, register, unregister
 from birdstrike.solver.sources import digest_of_function
-from birdstrike.stages import Ledger, Progress, Stage, digest, effects_digest, run_stages, source_digest
+from birdstrike.stages import Ledger, Stage, digest, effects_digest, run_stages, source_digest
 
 
 class Flow:

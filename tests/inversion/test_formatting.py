@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from birdstrike.inversion.formatting import span
+from birdstrike.inversion.formatting import listing, span
 
 
 def test_an_interval_has_as_many_digits_as_its_ends_need() -> None:
     assert span(555.4, 643.2, "Pa s") == "555 .. 643 Pa s"
     assert span(1596.6, 1602.8, "m/s") == "1597 .. 1603 m/s"
     assert span(1600.0, 1600.0, "m/s") == "1600 .. 1600 m/s"
+
+
+def test_a_list_names_all_or_says_how_many_more_there_are() -> None:
+    letters = list("abcde")
+    assert [listing(letters[:n]) for n in range(4)] == ["", "a", "a and b", "a, b and c"]
+    assert [listing(letters[:n], 3) for n in (2, 3, 5)] == ["a and b", "a, b and c", "a, b, c and 2 more"]

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from birdstrike.data.errors import UserError
@@ -14,6 +13,7 @@ from birdstrike.data.tree import load_tree
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.formatting import label_parts
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis, EffectFigures, ShotStates
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
@@ -86,7 +86,7 @@ def _shot(path: Path, shot: Mapping[str, Any]) -> Table:
     for one in shot["channels"]:
         own = (table["channel"] == one["name"]).to_numpy()
         time, values, sigma = (table[key].to_numpy(float)[own] for key in ("time_s", "measured", "sigma"))
-        noise = float(np.sqrt(np.mean(sigma**2)))
+        noise = rms(sigma)
         channels.append(channel(one["name"], one["unit"], noise, record(time, values, sigma, shot["name"])))
     return {"name": shot["name"], "system": shot["system"], "channels": channels}
 

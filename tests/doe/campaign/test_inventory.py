@@ -20,6 +20,7 @@ from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.inventory import inventory
 from birdstrike.doe.campaign.run import Finished, retry_before
+from birdstrike.inversion.formatting import many
 from birdstrike.solver.version import SOLVER_VERSION
 from tests.doe.campaign.test_campaign import HIGHEST, campaign, snapshot
 from tests.doe.stand_in import attempts, design, reference, strike
@@ -57,7 +58,7 @@ def test_results_of_an_older_solver_version_are_listed_and_their_runs_are_due(tm
     assert not found.other_versions
     result = CliRunner().invoke(app, ["check", str(tmp_path)])
     assert result.exit_code == 0, result.output
-    assert f"{len(older)} results of solver version older are kept and not used: " in result.stdout
+    assert f"kept and not used: results of solver version older ({many(len(older), 'file')}): " in result.stdout
     assert "6 to be run" in result.stdout
 
 

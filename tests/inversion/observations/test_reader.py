@@ -143,12 +143,12 @@ def test_the_case_says_units_noise_and_when_the_plate_is_at_rest() -> None:
     expected = Expected.of_case(case, case.time.end, spare=1e-4)
     assert expected.end == pytest.approx(case.time.end - 1e-4)
     offset = case.inversion.nuisance.get("time_offset", 0.0)
-    assert expected.quiet == pytest.approx(case.first_contact - 1e-4 - 4.0 * offset)
+    assert expected.rest_until == pytest.approx(case.first_contact - 1e-4 - 4.0 * offset)
     assert set(expected.units) == set(case.sensors)
 
 
 def test_a_channel_with_too_few_points_is_refused_with_their_number() -> None:
-    with pytest.raises(MeasuredError, match=r"1 points in the simulated record .* and needs 3"):
+    with pytest.raises(MeasuredError, match=r"has 1 point in the simulated record .* and needs 3"):
         read_record(measured(), replace(EXPECTED, start=1e-3 - 1e-9, end=1e-3), fewest=3)
     stuck = {CHANNEL: np.full(len(CLOCK), 1e-3)}
     with pytest.raises(MeasuredError, match=r"reads 1 mm everywhere: a dead or saturated sensor.*--channels"):
