@@ -37,6 +37,7 @@ from birdstrike.inversion.results.diagnosis import (
     UNEXPLAINED,
     EffectFigures,
     State,
+    of_another_bird,
 )
 from birdstrike.solver.effects.registry import effects, kind_of
 from birdstrike.surrogate.gaussian_process import NORMAL_95
@@ -69,11 +70,6 @@ def verdict_of(
     first, second = ([*sorted((p for name, p in presence.items() if name != NONE), reverse=True), 0.0, 0.0])[:2]
     sure = first >= LEVEL > second and ahead >= SIMULATION_SCATTER and not of_another_bird(same_bird)
     return ATTRIBUTED if sure else AMBIGUOUS
-
-
-def of_another_bird(same_bird: float | None) -> bool:
-    """Whether the birds of shots and baselines are rather not one; None: there is a single shot."""
-    return same_bird is not None and same_bird < 0.5
 
 
 REFUTED = 1e-4  # smallest p-value that is printed

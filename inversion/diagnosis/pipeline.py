@@ -21,7 +21,6 @@ from birdstrike.inversion.diagnosis.answer import (
     discrepancy_figures,
     effect_figures,
     noise_figures,
-    of_another_bird,
     pair_figures,
     remainder_figures,
     simulation_counts,
@@ -68,6 +67,7 @@ from birdstrike.inversion.results.diagnosis import (
     SOMETHING_ELSE,
     Diagnosis,
     ShotStates,
+    of_another_bird,
 )
 from birdstrike.inversion.results.diagnosis_text import sentence_of
 

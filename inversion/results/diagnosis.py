@@ -131,6 +131,11 @@ class ShotStates:
         return {**vars(self), "before": vars(self.before), "after": vars(self.after) if self.after else None}
 
 
+def of_another_bird(same_bird: float | None) -> bool:
+    """Whether the birds of shots and baselines are rather not one; None: there is a single shot."""
+    return same_bird is not None and same_bird < 0.5
+
+
 @dataclass(frozen=True, repr=False)
 class Diagnosis(Displayed):
     """Everything that a diagnosis found; `sentence` is the one for a test report.
@@ -216,6 +221,11 @@ class Diagnosis(Displayed):
         _, place, alone = label_parts(self.after.model if self.after else "")
         acting = [one for one in self.shots if alone in ("", one.name)]
         return next((one for one in acting if place and place in one.before.rmse), acting[0])
+
+    @property
+    def of_another_bird(self) -> bool:
+        """Whether the bird of the baselines is rather another one than the shot's."""
+        return of_another_bird((self.baseline or {}).get("same_bird"))
 
     @property
     def provenance(self) -> str:

@@ -49,18 +49,29 @@ def sentence_of(found: Diagnosis) -> str:
         )
     if found.verdict == UNEXPLAINED:
         return (
-            f"The residual is real (p = {found.alarm:.3g}), but no effect of the library explains it: something else "
+            f"{_residual(found)}, but no effect of the library explains it: something else "
             f"is likelier, with probability {found.probabilities[SOMETHING_ELSE]:.2f}"
         )
-    real = "The residual is real" if found.alarm < found.alpha else "The residual is not significant"
+    real = _residual(found)
     listed = "; ".join(_named(found, name) for name in found.confidence_set[:MOST_NAMED])
     rest = len(found.confidence_set) - MOST_NAMED
     if len(found.confidence_set) == 1:
-        return f"{real} (p = {found.alarm:.2g}); {listed} is the likeliest explanation, but it is not attributed"
+        return f"{real}; {listed} is the likeliest explanation, but it is not attributed"
     more = f"; {rest} further models share the 95 % set" if rest > 0 else ""
     if (first := found.effects[0]).probability >= LEVEL:
         more += f"; together the models with {first.name} hold {first.probability:.2f}"
-    return f"{real} (p = {found.alarm:.2g}); the record does not decide between {listed}{more}"
+    return f"{real}; the record does not decide between {listed}{more}"
+
+
+def _residual(found: Diagnosis) -> str:
+    """What the alarm says of the residual."""
+    p = f"(p = {found.alarm:.2g})"
+    if found.alarm >= found.alpha:
+        return f"The residual is not significant {p}"
+    if found.of_another_bird:
+        other = "or model error that changes with the bird, since the baseline's is another one"
+        return f"The residual {p} is real, {other}"
+    return f"The residual is real {p}"
 
 
 def next_step(found: Diagnosis) -> str:

@@ -185,3 +185,29 @@ def test_an_effect_that_all_likely_models_have_is_told_as_such() -> None:
     )
     assert sentence_of(found).endswith("; together the models with impact_speed hold 0.97")
     assert "together" not in sentence_of(replace(found, effects=(replace(one, probability=0.6),)))
+
+
+@pytest.mark.parametrize(
+    ("same_bird", "start"),
+    [
+        (0.9, "The residual is real (p = 0.0005); "),
+        (
+            0.001,
+            "The residual (p = 0.0005) is real, or model error that changes with the bird, since the baseline's is "
+            "another one; ",
+        ),
+    ],
+)
+def test_beside_another_bird_s_baseline_an_alarm_may_be_model_error(same_bird: float, start: str) -> None:
+    """A clean record of another code was called real beside its other clean record, whose bird was another one."""
+    shares = {"plate_damping": 0.48, "plate_density+plate_damping": 0.44}
+    found = diagnosis(
+        replace(figures("plate_damping", (110.0, 280.0)), probability=0.5),
+        verdict=AMBIGUOUS,
+        alarm=0.0005,
+        required_discrepancy={"none": 0.0033},
+        confidence_set=tuple(shares),
+        probabilities=shares,
+        baseline={"shots": ["clean2"], "same_bird": same_bird},
+    )
+    assert sentence_of(found).startswith(start)
