@@ -315,8 +315,14 @@ def write_histories(path: str | Path, histories: Histories) -> None:
 
 
 def read_histories(path: str | Path) -> Histories:
-    """Time, channels and units of a `histories.csv`; its energies stand in `summary.json`."""
-    header = Path(path).read_text(encoding="utf-8").split("\n", 1)[0].split(",")
+    """Time, channels and units of a `histories.csv`; its energies stand in `summary.json`.
+
+    Raises ValueError for a file without rows, or whose rows are no numbers.
+    """
+    first, _, rows = Path(path).read_text(encoding="utf-8").partition("\n")
+    if not rows.strip():
+        raise ValueError("the file has no rows")
+    header = first.split(",")
     values = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2, dtype=np.float64)
     named = [split_unit(column) for column in header[1:]]
     channels = {name: values[:, i + 1] for i, (name, _) in enumerate(named)}

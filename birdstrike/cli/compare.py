@@ -88,7 +88,10 @@ def _by_name(path: Path) -> Histories:
     with path.open("rb") as file:
         first = file.readline()
     if first.startswith(b"time_s,"):
-        return read_histories(path)
+        try:
+            return read_histories(path)
+        except ValueError as error:
+            raise UserError(f"{path} cannot be read: {error}; write it again, a row an instant") from error
     try:
         record = read_measured(path)
     except MeasuredError as error:

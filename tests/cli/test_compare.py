@@ -137,3 +137,10 @@ def test_what_cannot_be_compared_is_said_with_a_remedy(tmp_path: Path) -> None:
     (tmp_path / "rcforc").write_text("not a table\n")
     with pytest.raises(UserError, match=r"needs --deck SENSORS\.json"):
         compare("demo_rig", tmp_path / "rcforc", tmp_path / "f", settings=SETTINGS)
+
+
+@pytest.mark.parametrize("rows", ["", "0,none\n"])
+def test_histories_without_numbers_are_refused_by_name(rows: str, tmp_path: Path) -> None:
+    (tmp_path / "histories.csv").write_text(f"time_s,displacement_centre_m\n{rows}")
+    with pytest.raises(UserError, match=r"histories\.csv cannot be read: .*; write it again, a row an instant"):
+        compare("demo_rig", tmp_path / "histories.csv", tmp_path / "out", settings=SETTINGS)
