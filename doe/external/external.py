@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -33,6 +34,8 @@ ROUNDING = 0.01
 LONGEST_GAP = 5
 """Output intervals between two instants of a file, beyond which the curve between them is not known."""
 MACHINE_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.ENOMEM)
+CRASHES = (signal.SIGSEGV, signal.SIGFPE, signal.SIGILL, signal.SIGABRT)
+"""Signals of a fault inside the program, which the same deck raises again; the others come from outside."""
 """What the system tells a program when the disk or the memory is full: that is no failure of the run."""
 
 
@@ -67,8 +70,8 @@ def simulate_external(
     """Run the external command over the filled template and return the sensors' histories on the case's clock.
 
     threads: for the command's `{threads}`. Raises RunFailed (exit code, time limit, output that is missing, unreadable
-    or ends early), MachineFailure (killed by a signal, disk or memory full) and FileNotFoundError when there is no such
-    command or no such `scratch` folder.
+    or ends early), MachineFailure (killed from outside, disk or memory full) and FileNotFoundError when there is no
+    such command or no such `scratch` folder.
     """
     external, started = case.external, time.perf_counter()
     assert external is not None
@@ -146,19 +149,25 @@ def _run(folder: Path, external: External, command: list[str]) -> None:
         raise RunFailed(f"{name} was stopped at external.time_limit = {external.time_limit:g} s{tail}")
     if code != 0:
         _raise_machine_failure(name, code, text)
-        raise RunFailed(f"{name} ended with exit code {code}{tail}")
+        raise RunFailed(f"{name} {_ended(code)}{tail}")
     if external.success is not None and external.success not in text:
         raise RunFailed(f'{name} has not written "{external.success}"{tail}')
 
 
 def _raise_machine_failure(name: str, code: int, log: str) -> None:
-    """Raise MachineFailure where the exit code is that of a signal, or the log names a full disk or memory."""
-    killed = guard.signal_of(code)
-    if killed:
-        raise MachineFailure(f"{name} was killed by signal {killed}")
+    """Raise MachineFailure where the log names a full disk or memory, or the exit code a signal from outside."""
     for error in MACHINE_ERRORS:
         if os.strerror(error) in log:
             raise MachineFailure(f"{name} stopped: {os.strerror(error)}", "free some and run the same command again")
+    killed = guard.signal_of(code)
+    if killed and killed not in CRASHES:
+        raise MachineFailure(f"{name} was killed by signal {killed}")
+
+
+def _ended(code: int) -> str:
+    """How a program that failed has ended: "crashed (SIGSEGV)", "ended with exit code 3"."""
+    crash = next((one for one in CRASHES if one == guard.signal_of(code)), None)
+    return f"crashed ({crash.name})" if crash else f"ended with exit code {code}"
 
 
 def _read(folder: Path, case: Case, external: External) -> tuple[Array, dict[str, Array]]:

@@ -7,11 +7,12 @@ It shares nothing with birdstrike. Units kg, mm, ms. The deck, fixed fields of t
     *CONTROL
     end [ms], step [ms]
     *BEHAVIOUR
-    what goes wrong: nothing, hang, crash, early, silent
+    what goes wrong: nothing, hang, crash, fault, early, silent
 """
 
 import math
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -65,6 +66,8 @@ def main(deck):
         hang(deck)
     mass, stiffness, damping, impulse = map(float, found["*OSCILLATOR"])
     end, step = map(float, found["*CONTROL"])
+    if behaviour == "fault":
+        os.kill(os.getpid(), signal.SIGSEGV)
     if behaviour == "crash" or damping**2 >= 4.0 * mass * stiffness:
         sys.exit("*** Error 20001: negative volume in brick element 12")
     times, z, force = histories(mass, stiffness, damping, impulse, 0.5 * end if behaviour == "early" else end, step)

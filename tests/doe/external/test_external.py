@@ -70,6 +70,7 @@ def failing(folder: Path, behaviour: str) -> str:
 
 def test_a_failing_run_says_what_the_solver_said(tmp_path: Path) -> None:
     assert "ended with exit code 1: *** Error 20001: negative volume" in failing(tmp_path / "a", "crash")
+    assert "crashed (SIGSEGV)" in failing(tmp_path / "d", "fault")  # the run's own: the next call does not repeat it
     early = failing(tmp_path / "b", "early")
     assert "nodout ends at 1 ms, before time.end = 2 ms" in early
     assert "is time_unit another one?" in early
