@@ -18,7 +18,7 @@ from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.interface import BirdMaterial, Material
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.bird.model_names import known_models, material_and_law, table_of, usual_law
-from birdstrike.solver.case.case import Case, case_from_table
+from birdstrike.solver.case.case import Case, Parameter, case_from_table
 from birdstrike.solver.case.overlay import Raw, at
 from birdstrike.solver.case.sections import quantity_at
 
@@ -178,9 +178,10 @@ def kept_constants(chosen: Candidate, cases: Sequence[Case]) -> tuple[str, ...]:
     kept = [key for key in chosen.ranges if key not in sought]
     if not kept:
         return ()
-    shown = " and ".join(f"{plain(key, [*sought, *kept])} stays at {_values(cases, key)}" for key in kept)
+    names = {key: plain(key, [*sought, *kept]) for key in (*sought, *kept)}
+    shown = " and ".join(f"{names[key]} stays at {_values(cases, key)}" for key in kept)
     return (
-        f"the case states what is sought of this model ({', '.join(plain(key, [*sought, *kept]) for key in sought)}): "
+        f"the case states what is sought of this model ({', '.join(names[key] for key in sought)}): "
         f"{shown}, so that it has fewer free constants than models without such a statement; give the range of what is "
         f"not known too: inversion.models.{chosen.name}",
     )
@@ -223,17 +224,25 @@ def _written(sought: Sought) -> Raw:
 
 
 def refuse_other_parameters(chosen: Candidate, cases: Sequence[Case]) -> None:
-    """Raises UserError where the shots' cases with a model seek different constants, or in different ranges."""
-    for case in cases[1:]:
-        first, own = _sought(cases[0]), _sought(case)
+    """Raises UserError where the shots' cases with a model seek different constants, ranges, or another order."""
+    listed = [{p.name: p for p in case.parameters()} for case in cases]
+    for case, own in zip(cases[1:], listed[1:], strict=True):
+        first = listed[0]
         if (key := next((key for key in (*first, *own) if first.get(key) != own.get(key)), None)) is not None:
-            here, there = (found.get(key, "not sought") for found in (first, own))
+            here, there = (_sought(found.get(key)) for found in (first, own))
             raise UserError(
                 f"--models {chosen.name}: {key} is {here} in {cases[0].name}, {there} in {case.name}; state the same "
                 f"inversion.parameters and inversion.models.{chosen.name} in the case of every shot"
             )
+        if list(own) != list(first):
+            raise UserError(
+                f"--models {chosen.name}: {cases[0].name} and {case.name} seek the same in another order "
+                f"({', '.join(first)}; {', '.join(own)}); state it alike in the case of every shot"
+            )
 
 
-def _sought(case: Case) -> dict[str, str]:
-    """Dotted key -> range in words, of what a case seeks."""
-    return {p.name: f"sought in {span(p.low, p.high, p.unit)} ({p.scale})" for p in case.parameters()}
+def _sought(parameter: Parameter | None) -> str:
+    """How a case seeks a constant, in words."""
+    if parameter is None:
+        return "not sought"
+    return f"sought in {span(parameter.low, parameter.high, parameter.unit, 6)} ({parameter.scale})"

@@ -17,6 +17,7 @@ from birdstrike.inversion.models.candidates import (
     kept_constants,
     literature_case,
     modulus_of,
+    refuse_other_parameters,
     with_material,
 )
 from birdstrike.inversion.models.scaled import Scale
@@ -121,3 +122,31 @@ def test_a_logarithmic_range_is_seen_as_its_logarithm() -> None:
         seen = np.where(scale.space.logarithmic, scale.space.to_unit(end[None])[0], end)
         np.testing.assert_allclose(scale.physical(seen[None])[0], end)
     assert scale.value("bird.material.pressure_cutoff", 0.5) == pytest.approx(-np.sqrt(5e6 * 1e4))
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        (
+            {"young": 500.2, "poisson": 0.49},
+            r"young is sought in 1 \.\. 500 MPa .* in one with elastic, sought in 1 .. 500\.2",
+        ),
+        ({"poisson": 0.49, "young": 500.0}, "one with elastic and two with elastic seek the same in another order"),
+    ],
+)
+def test_shots_that_seek_otherwise_are_refused(other: dict[str, float], message: str) -> None:
+    """Ranges that three digits do not part are other ranges, and another order would mix up the constants."""
+
+    def seeking(name: str, highs: dict[str, float]) -> Case:
+        lows, units = {"young": "1 MPa", "poisson": 0.4}, {"young": " MPa"}
+        ranges = {
+            f"bird.material.{key}": {"range": [lows[key], f"{high}{units[key]}" if key in units else high]}
+            for key, high in highs.items()
+        }
+        table = tiny().overlaid({"inversion": {"models": {"elastic": ranges}}}).table
+        return calibrated_case(candidate("elastic"), case_from_table(table, name))
+
+    one = seeking("one", {"young": 500.0, "poisson": 0.49})
+    refuse_other_parameters(candidate("elastic"), [one, seeking("two", {"young": 500.0, "poisson": 0.49})])
+    with pytest.raises(UserError, match=message):
+        refuse_other_parameters(candidate("elastic"), [one, seeking("two", other)])
