@@ -6,6 +6,7 @@ import re
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from io import StringIO
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -323,7 +324,7 @@ def read_histories(path: str | Path) -> Histories:
     if not rows.strip():
         raise ValueError("the file has no rows")
     header = first.split(",")
-    values = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2, dtype=np.float64)
+    values = np.loadtxt(StringIO(rows), delimiter=",", ndmin=2, dtype=np.float64)
     named = [split_unit(column) for column in header[1:]]
     channels = {name: values[:, i + 1] for i, (name, _) in enumerate(named)}
     return Histories(values[:, 0], channels, dict(named))

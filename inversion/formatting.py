@@ -24,10 +24,10 @@ DIGITS = 12
 
 def span(low: float, high: float, si_unit: str, digits: int = 3) -> str:
     """Two SI values with their unit once: "555 .. 643 Pa s"; with more digits where the ends would look alike."""
-    ends = display(low, si_unit)[0], display(high, si_unit)[0]
-    while ends[0] != ends[1] and digits < DIGITS and rounded(ends[0], digits) == rounded(ends[1], digits):
+    start, end = display(low, si_unit)[0], display(high, si_unit)[0]
+    while start != end and digits < DIGITS and rounded(start, digits) == rounded(end, digits):
         digits += 1
-    return f"{rounded(display(low, si_unit)[0], digits)} .. {quantity(high, si_unit, digits)}"
+    return f"{rounded(start, digits)} .. {quantity(high, si_unit, digits)}"
 
 
 def many(count: int, what: str) -> str:

@@ -55,9 +55,12 @@ class LocalVariance:
 
     def at(self, u: Array) -> Array:
         """(q,) at u (q, d), enlarged as Student's t asks for the effective number of runs."""
-        weights = _matern(cdist(u / self.lengths, self.points)) ** self.locality
-        mean, effective = _local(weights, self.squares[:, None])
+        mean, effective = _local(self.correlations(u) ** self.locality, self.squares[:, None])
         return (mean * _inflation(effective))[:, 0]
+
+    def correlations(self, u: Array) -> Array:
+        """(q, n) Matern correlation of u (q, d) with the runs."""
+        return _matern(cdist(u / self.lengths, self.points))
 
     @cached_property
     def least(self) -> float:
@@ -136,29 +139,23 @@ class GaussianProcess:
 
     def distance_variance(self, u: Array) -> Array:
         """(q,) that the process states by itself, without scatter: large where no run is near, whatever was missed."""
-        size = self.plain[0]
-        white = self._correlations(u) @ self._inverse.T * size
-        return np.maximum(size - (white**2).sum(axis=1), 0.0) * self.scale**2
+        white = self.missed.correlations(u) @ self._inverse.T * self.size
+        return np.maximum(self.size - (white**2).sum(axis=1), 0.0) * self.scale**2
 
     def mean(self, u: Array) -> Array:
         """Mean (q,) at u (q, d): k(u, runs) alpha, without scikit-learn's checks, which cost more than the product."""
-        return self.plain[0] * self._correlations(u) @ self.model.alpha_ * self.scale
+        return self.size * self.missed.correlations(u) @ self.model.alpha_ * self.scale
 
     @cached_property
-    def plain(self) -> tuple[float, Array, Array]:
-        """Of the kernel: size, lengths (d,); the runs over the lengths."""
+    def size(self) -> float:
+        """Variance of the kernel, in units of `scale` squared."""
         kernel: Any = self.kernel
-        return float(kernel.k1.k1.constant_value), self.missed.lengths, self.missed.points
+        return float(kernel.k1.k1.constant_value)
 
     @cached_property
     def _inverse(self) -> Array:
         """Inverse Cholesky factor of the runs' covariance."""
         return np.asarray(solve_triangular(self.model.L_, np.eye(len(self.model.L_)), lower=True))
-
-    def _correlations(self, u: Array) -> Array:
-        """(q, n) Matern correlation of u (q, d) with the runs."""
-        _, lengths, runs = self.plain
-        return _matern(cdist(u / lengths, runs))
 
 
 class ProcessStack:
@@ -169,9 +166,9 @@ class ProcessStack:
 
     def __init__(self, processes: Sequence[GaussianProcess]) -> None:
         self.runs = np.asarray(processes[0].model.X_train_)
-        lengths = np.array([np.broadcast_to(process.plain[1], self.runs.shape[1]) for process in processes])
+        lengths = np.array([np.broadcast_to(process.missed.lengths, self.runs.shape[1]) for process in processes])
         self._nearness = lengths**-2.0
-        sizes = np.array([process.plain[0] * process.scale for process in processes])
+        sizes = np.array([process.size * process.scale for process in processes])
         self._alpha = sizes[:, None, None] * np.array([process.model.alpha_ for process in processes])[..., None]
         self._locality = np.array([process.missed.locality for process in processes])[:, None, None]
         self._squares = np.array([process.missed.squares for process in processes])[..., None]

@@ -27,9 +27,7 @@ def student_table() -> Array:
 
 def process_table(process: GaussianProcess) -> dict[str, Any]:
     """weights (n,), and those of `variance_table`."""
-    return {"weights": process.plain[0] * process.scale * np.asarray(process.model.alpha_)} | variance_table(
-        process.missed
-    )
+    return {"weights": process.size * process.scale * np.asarray(process.model.alpha_)} | variance_table(process.missed)
 
 
 def variance_table(missed: LocalVariance) -> dict[str, Any]:

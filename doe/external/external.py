@@ -34,9 +34,9 @@ ROUNDING = 0.01
 LONGEST_GAP = 5
 """Output intervals between two instants of a file, beyond which the curve between them is not known."""
 MACHINE_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.ENOMEM)
+"""What the system tells a program when the disk or the memory is full: that is no failure of the run."""
 CRASHES = (signal.SIGSEGV, signal.SIGFPE, signal.SIGILL, signal.SIGABRT)
 """Signals of a fault inside the program, which the same deck raises again; the others come from outside."""
-"""What the system tells a program when the disk or the memory is full: that is no failure of the run."""
 
 
 def external_solver(case: Case) -> Solver:

@@ -2,8 +2,8 @@
 
 log L = -1/2 d^T C^-1 d - 1/2 log det C with d = y - f(theta, t0), C = C0 + emulator error(theta), C0 = noise, known
 errors and what no process predicts of a run's curves, as they stand at the best fit's time origin, the last as large
-as at the fit where it is largest. Whitened by C0, all
-curves of the model lie in a space of a few dozen dimensions: outside it d and C are the same for every point.
+as at the fit where it is largest. Whitened by C0, all curves of the model lie in a space of a few dozen dimensions:
+outside it d and C are the same for every point.
 """
 
 from __future__ import annotations

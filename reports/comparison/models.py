@@ -82,19 +82,18 @@ def _standard(results: Results, shipped: str) -> Case | CaseError:
     An external solver simulates it only where its deck has a place for all that the material changes: else the curve
     would be that of the case's own bird under another name.
     """
-    table: dict[str, object] = {"bird": {"material": read_case(shipped)["bird"]["material"]}}
     try:
-        case = results.case.overlaid(table)
+        case = results.case.overlaid({"bird": {"material": read_case(shipped)["bird"]["material"]}})
         refuse_missing_in_deck(results.case, case)
         solver_for(case, forward.simulate)
     except CaseError as error:
         return error
-    return _pictured(results, table)
+    return _pictured(case)
 
 
 def _inverted(results: Results) -> Case | CaseError:
     """The user's case at the point where the best method was verified."""
-    pictured = _pictured(results, {})
+    pictured = _pictured(results.case)
     return pictured if isinstance(pictured, CaseError) else pictured.with_values(verified_point(results))
 
 
@@ -106,11 +105,11 @@ def verified_point(results: Results) -> dict[str, float]:
     return {name: e.value for name, e in answer.parameters.items() if e.value is not None}
 
 
-def _pictured(results: Results, table: dict[str, object]) -> Case | CaseError:
-    """The user's case under `table`, with a snapshot at every instant of the pictures and the animation."""
-    instants = [quantity_text(float(t), "s") for t in picture_times(results.case)]
+def _pictured(case: Case) -> Case | CaseError:
+    """The case with a snapshot at every instant of the pictures and the animation."""
+    instants = [quantity_text(float(t), "s") for t in picture_times(case)]
     try:
-        return results.case.overlaid({**table, "time": {"snapshots": instants}})
+        return case.overlaid({"time": {"snapshots": instants}})
     except CaseError as error:
         return error
 
