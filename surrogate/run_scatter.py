@@ -37,16 +37,16 @@ def shrunk_correlation(rows: Array, target: Array | None = None) -> Array:
     return mixed
 
 
-def common_factors(curves: Sequence[Array]) -> list[Array]:
+def common_factors(curves: Sequence[Array], share: float = KEPT) -> list[Array]:
     """Of every channel's leave-one-out curves (n, m), rows (r, m), r the same for all: their sum of squares over r is
-    the variance, and what channels and instants have in common stands in the same row."""
+    the variance, of which they carry `share`; what channels and instants have in common stands in the same row."""
     widths = [part.shape[1] for part in curves]
     rows = np.hstack(curves)
     target = np.asarray(block_diag(*(_stationary(part) for part in curves)))
     size = np.sqrt((rows**2).mean(axis=0))
     values, vectors = np.linalg.eigh(shrunk_correlation(rows, target))
     order = np.argsort(values)[::-1]
-    kept = order[: int(np.searchsorted(np.cumsum(values[order]), KEPT * values.sum())) + 1]
+    kept = order[: int(np.searchsorted(np.cumsum(values[order]), share * values.sum())) + 1]
     factors = (vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0.0))).T * size
     return np.split(factors, np.cumsum(widths)[:-1], axis=1)
 

@@ -58,6 +58,7 @@ class Evidence:
 
 Indices = NDArray[np.intp]
 SAME = 1e-9  # relative difference of two signatures that are one
+MANY = 64  # columns integrated out, from which on Cholesky factors pay, one node after the other
 MOST_NUMBERS = 4e7  # in the matrices of the nodes that are reduced at once: 320 MB
 NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
 
@@ -173,6 +174,7 @@ class ModelTester:
         self.unnamed = np.tile(np.repeat(np.asarray(unnamed), len(amplitudes)), len(apart))
         self.apart = np.repeat(np.asarray(apart), len(unnamed) * len(amplitudes))
         self.log_weights = np.tile(weights, len(unnamed) * len(apart)) - np.log(len(unnamed) * len(apart))
+        self.period = len(amplitudes) * len(unnamed)
         self.kinds = tuple(known.nodes)
         columns = system.columns.copy()
         columns[:, 0] += columns[:, system.at["J"]] @ system.dz
@@ -259,19 +261,23 @@ class ModelTester:
         held: (r,) of the calibrated parameters, in the coordinates of `columns`, where they are not integrated out.
         """
         out = directions or self.directions()
-        r, c, every = len(out.columns), len(columns), [*out.columns, *columns]
-        S, W, logdet = np.empty((len(nodes), c, c)), np.empty((len(nodes), r, c)), np.empty(len(nodes))
-        step = max(int(MOST_NUMBERS / len(every) ** 2), 1)
-        turned = np.eye(r + c)
+        J, c, d = len(self.rotation), len(columns), self.deviations_of(out, nodes)
+        turned = np.eye(J + c)
         if held is not None:
-            turned[: len(held), r] = -held
-        for first in range(0, len(nodes), step):
-            part = slice(first, first + step)
-            whole, d = grams.at(nodes[part], every), self.deviations_of(out, nodes[part])
-            if held is not None:
-                whole = turned.T @ whole @ turned
-                d[:, : len(held)] = 0.0
-            S[part], W[part], logdet[part] = _integrated(whole, d)
+            turned[:J, J], d[:, :J] = -held, 0.0
+        every = [*out.columns[J:], *out.columns[:J], *columns]
+        S, W = np.empty((len(nodes), c, c)), np.empty((len(nodes), len(out.columns), c))
+        logdet = np.empty(len(nodes))
+        # all but the parameters first: it is costly, and the same at every distance of the birds
+        alike, chosen, at = np.unique(nodes % self.period, return_index=True, return_inverse=True)
+        step = max(int(MOST_NUMBERS / len(every) ** 2), 1)
+        for first in range(0, len(alike), step):
+            part, own = slice(first, first + step), np.flatnonzero((at >= first) & (at < first + step))
+            inner, taken, volume = _integrated(grams.at(alike[part], every), d[chosen[part], J:])
+            inner, taken, to = turned.T @ inner @ turned, taken @ turned, at[own] - first
+            S[own], W[own, :J], logdet[own] = _integrated(inner[to], d[own, :J])
+            by_parameters = taken[to, :, :J] @ (d[own, :J, None] * W[own, :J])
+            W[own, J:], logdet[own] = taken[to, :, J:] - by_parameters, logdet[own] + volume[to]
         return Reduced(S, W, logdet, out)
 
     def likely_combinations(self, labels: Sequence[str], share: float) -> set[int]:
@@ -312,11 +318,15 @@ class ModelTester:
         """
         members = [one.label for one in hypothesis.members]
         nodes = np.arange(len(self.combinations)) if only is None else np.asarray(only)
-        first = self._evaluated(hypothesis, nodes, *self._without_errors(hypothesis, nodes))
+        reduced, grams = self._without_errors(hypothesis, nodes)
         if not members:
-            return first
-        kept = np.flatnonzero(first.weights > NEGLIGIBLE * first.weights.max())
-        directions = self.directions(members, first.h if sizes is None else sizes)
+            return self._evaluated(hypothesis, nodes, reduced, grams)
+        logs, best, covariance = self._weighed(hypothesis, nodes, reduced, grams)
+        w = softmax(logs)
+        weights = w.sum(axis=0)
+        kept = nodes[weights > NEGLIGIBLE * weights.max()]
+        fitted = self._sizes(hypothesis, nodes, w, best, covariance)[0] if sizes is None else sizes
+        directions = self.directions(members, fitted)
         return self._evaluated(
             hypothesis, kept, self.reduced(self.grams, kept, self._columns(members), directions), self.grams
         )
@@ -421,16 +431,14 @@ class ModelTester:
 
     def _evaluated(self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, grams: Grams) -> Evidence:
         """Marginal likelihood of all nodes together."""
-        q, members = len(hypothesis.members), hypothesis.members
         logs, best, covariance = self._weighed(hypothesis, nodes, reduced, grams)
         evidence = float(np.logaddexp.reduce(logs, axis=None))
         w = np.exp(logs - evidence)
-        means, covariances = self._magnitudes(members, nodes, best, covariance)
-        h, h_cov = _mixture(w.ravel(), means.reshape(w.size, q), covariances.reshape(w.size, q, q))
+        h, h_cov = self._sizes(hypothesis, nodes, w, best, covariance)
         z_cov, by_lattice = self._covariances(hypothesis, nodes, w, reduced.directions, grams)
         d = self.sizes(nodes)
         W = reduced.W[:, : d.shape[1]]
-        moved = np.einsum("sn,sc,snc->nc", w, self._factors(q), best)
+        moved = np.einsum("sn,sc,snc->nc", w, self._factors(len(hypothesis.members)), best)
         z = w.sum(axis=0)[:, None] * W[:, :, 0] - np.einsum("nrc,nc->nr", W[:, :, 1:], moved)
         z = (d * z).sum(axis=0)
         count = len(self.rotation)
@@ -440,6 +448,14 @@ class ModelTester:
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
         unnamed = float(np.exp(weights @ np.log(self.unnamed)))
         return Evidence(hypothesis, evidence, h, h_cov + by_lattice, by_lattice, z, z_cov, weights, mean, unnamed)
+
+    def _sizes(
+        self, hypothesis: Hypothesis, nodes: Indices, w: Array, best: Array, covariance: Array
+    ) -> tuple[Array, Array]:
+        """Mean (q,) and covariance (q, q) of the members' sizes h by the weights w (deviations, nodes)."""
+        q = len(hypothesis.members)
+        means, covariances = self._magnitudes(hypothesis.members, nodes, best, covariance)
+        return _mixture(w.ravel(), means.reshape(w.size, q), covariances.reshape(w.size, q, q))
 
     @cached_property
     def shared(self) -> frozenset[str]:
@@ -519,32 +535,27 @@ class ModelTester:
         logs = self.log_weights[nodes] - 0.5 * (quadratic + logdet)
         return np.asarray(np.logaddexp.reduce(logs + np.logaddexp.reduce(prior, axis=2), axis=1))
 
-    def draws(
-        self, hypothesis: Hypothesis, sizes: Sequence[float], count: int, rng: np.random.Generator
-    ) -> tuple[Array, Array, Indices]:
+    def draws(self, evidence: Evidence, count: int, rng: np.random.Generator) -> tuple[Array, Array, Indices]:
         """(count, r) calibrated parameters, (count, q) sizes h of the members, (count,) nodes of a model's posterior.
 
         From the joint Gaussians of the likeliest nodes. The whole of a magnitude that an unnamed error shares is the
         member's, as in `_magnitudes`. What another lattice moves is not in them: they are of the fit, which took it up,
         and predictions with these parameters need it.
         """
-        weights = self.model(hypothesis, sizes).weights
+        hypothesis, weights = evidence.hypothesis, evidence.weights
         top = np.argsort(-weights)[:FEW]
         nodes = np.sort(rng.choice(top, count, p=weights[top] / weights[top].sum()))
         at, free = self.system.at["J"], len(self.free)
-        x = np.vstack(
-            [self._drawn_at(hypothesis, sizes, int(n), int((nodes == n).sum()), rng) for n in np.unique(nodes)]
-        )
+        x = np.vstack([self._drawn_at(evidence, int(n), int((nodes == n).sum()), rng) for n in np.unique(nodes)])
         found = x[:, free : free + len(hypothesis.members)]
         for j, one in enumerate(hypothesis.members):
             if one.label in self.shared:
                 found[:, j] += x[:, self._unnamed_of(one.label) - at.start]
         return x[:, : at.stop - at.start] @ self.rotation, found, nodes
 
-    def _drawn_at(
-        self, hypothesis: Hypothesis, sizes: Sequence[float], node: int, count: int, rng: np.random.Generator
-    ) -> Array:
+    def _drawn_at(self, evidence: Evidence, node: int, count: int, rng: np.random.Generator) -> Array:
         """(count, r + q + ...) free directions, magnitudes and what is not known of signatures, at one node."""
+        hypothesis, sizes = evidence.hypothesis, evidence.h
         number, members = np.array([node]), [one.label for one in hypothesis.members]
         grams = self._grams_of(hypothesis)
         columns, directions = self._columns(members), self.directions(members, sizes if members else ())
@@ -642,10 +653,13 @@ def _integrated(whole: Array, d: Array) -> tuple[Array, Array, Array]:
     r = d.shape[1]
     own = d[:, :, None] * whole[:, :r, :r] * d[:, None, :] + np.eye(r)
     cross = d[:, :, None] * whole[:, :r, r:]
-    factor = cho_factor(own, lower=True, check_finite=False)
-    W = cho_solve(factor, cross, check_finite=False)
-    S = whole[:, r:, r:] - np.einsum("nri,nrj->nij", cross, W, optimize=True)
-    return S, W, 2.0 * np.log(np.einsum("nrr->nr", factor[0])).sum(axis=1)
+    if r < MANY:
+        W, logdet = np.linalg.solve(own, cross), np.linalg.slogdet(own)[1]
+    else:
+        factor = cho_factor(own, lower=True, overwrite_a=True, check_finite=False)
+        W = cho_solve(factor, cross, check_finite=False)
+        logdet = 2.0 * np.log(np.einsum("nrr->nr", factor[0])).sum(axis=1)
+    return whole[:, r:, r:] - cross.transpose(0, 2, 1) @ W, W, logdet
 
 
 def _mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, Array]:

@@ -96,8 +96,7 @@ def _posterior(ranking: Ranking, shots: Sequence[Shot]) -> list[Table]:
 def _drawn(ranking: Ranking, label: str, shots: Sequence[Shot]) -> Table:
     hypothesis, standing = ranking.models[label], ranking.standings[label]
     tester = standing.fit.tester
-    sizes, rng = [float(h) for h in standing.at_fit.h], np.random.default_rng(0)
-    parameters, found, nodes = tester.draws(hypothesis, sizes, DRAWS, rng)
+    parameters, found, nodes = tester.draws(standing.at_fit, DRAWS, np.random.default_rng(0))
     birds = dict(zip(tester.system.names, np.split(parameters, len(tester.system.names), axis=1), strict=True))
     z = [np.clip(0.5 + PRIOR_SD * birds[one.name], one.setup.lows, one.setup.highs) for one in shots]
     h = np.array([np.clip(column, *one.limits) for one, column in zip(hypothesis.members, found.T, strict=True)])

@@ -22,6 +22,9 @@ from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from birdstrike.surrogate.run_scatter import common_factors
 
 SCATTER_BLOCKS = 100  # of the time: finer than a record's blocks
+SCATTER_KEPT = 0.9
+"""Of the variance by which single runs differ, in common directions, over which the rest is spread: half as many, and a
+covariance within a tenth of the whole one, as near as some dozens of pairs tell it."""
 STEP = 1e-3  # of the ranges: central differences of the emulator
 PARTS = 25
 """Of the time, over which curves are averaged before lattices are compared: what changes faster is nearly white, and
@@ -75,7 +78,9 @@ class Setup:
             return np.zeros((0, len(self.time) * channels))
         draws = np.split(scatter(self.changes, channels), channels, axis=1)
         means, middle = [in_parts(one, SCATTER_BLOCKS) for one in draws], in_parts(self.time, SCATTER_BLOCKS)
-        rows = [np.array([np.interp(self.time, middle, row) for row in own]) for own in common_factors(means)]
+        rows = [
+            np.array([np.interp(self.time, middle, row) for row in own]) for own in common_factors(means, SCATTER_KEPT)
+        ]
         sizes = [np.sqrt((own**2).sum(axis=0).mean()) for own in rows]
         return np.hstack([own / size if size > 0.0 else own for own, size in zip(rows, sizes, strict=True)])
 

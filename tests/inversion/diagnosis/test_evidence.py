@@ -131,6 +131,29 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     )  # amplitudes of less than a thousandth of the weight are left out
 
 
+@pytest.mark.parametrize("apart", [0.02, 0.1, 1.0])
+def test_evidence_of_two_birds_is_the_marginal_likelihood_at_their_distance(apart: float) -> None:
+    """Parameters of two shots with unit variance, 1 - apart^2 of it in common; `joint` holds them at the places."""
+    rng, one = np.random.default_rng(3), system(3, np.random.default_rng(5).standard_normal(POINTS) * 3.0)
+    J, dz = one.columns[:, one.at["J"]], rng.standard_normal(4)
+    first = np.arange(POINTS)[:, None] < POINTS // 2
+    columns = np.column_stack(
+        [one.columns[:, :1], np.where(first, J, 0.0), np.where(first, 0.0, J), one.columns[:, 3:]]
+    )
+    at = {name: slice(own.start + 2, own.stop + 2) for name, own in one.at.items() if name not in ("y", "J")}
+    two = replace(one, columns=columns, at={"y": slice(0, 1), "J": slice(1, 5), **at}, dz=dz, names=("a", "b"))
+    tester = ModelTester(two, known(np.array([0.2])), unnamed=(0.3,), apart=(apart,))
+    shared = np.kron((1.0 - apart**2) * np.ones((2, 2)) + apart**2 * np.eye(2), np.eye(2))
+    rest = covariance(one, 0.2, 0.3) - J @ J.T
+    whole, y = columns[:, 1:5], columns[:, 0]
+    expected = log_density(y + whole @ dz, rest + whole @ shared @ whole.T)
+    model = models()[NONE]
+    constant = 0.5 * POINTS * np.log(2.0 * np.pi)
+    assert tester.at_nodes(model, [])[0] == pytest.approx(expected + constant, abs=1e-6)
+    joint = log_density(y, rest) + log_density(dz, shared)
+    assert tester.joint(model, []) == pytest.approx(joint + constant, abs=1e-6)
+
+
 def test_amplitudes_that_are_negligible_without_effects_and_with_all_can_be_dropped() -> None:
     """They are for every model between; those that another model needs stay."""
     s = system(0, np.random.default_rng(3).standard_normal(POINTS) * 4.0 + 30.0 * system(0).columns[:, 6])
@@ -290,7 +313,7 @@ def test_draws_scatter_as_the_intervals_say_without_the_lattice() -> None:
     tester, model = ModelTester(moved, known(np.array([1e-3])), unnamed=(1e-6,)), models()["e1"]
     found = ModelTester(replace(moved, at=s.at), known(np.array([1e-3])), unnamed=(1e-6,)).model(model)
     assert (np.diag(found.z_cov) < np.diag(tester.model(model).z_cov)).all()
-    z, h, _ = tester.draws(model, list(found.h), 4000, rng)
+    z, h, _ = tester.draws(found, 4000, rng)
     assert np.cov(z.T) == pytest.approx(found.z_cov, abs=0.1 * float(found.z_cov.max()))
     assert h.std() == pytest.approx(float(np.sqrt(found.h_cov[0, 0])), rel=0.1)
 

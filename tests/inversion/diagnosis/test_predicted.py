@@ -51,7 +51,7 @@ def test_the_draws_of_a_single_effect_have_its_magnitude_and_its_spread(laborato
         fitted = replace(fit.system, at={**fit.system.at, "lattice": slice(0, 0)})  # draws are of the fit alone
         tester = ModelTester(fitted, fit.tester.known, fit.places.h, fit.tester.scale, apart=ranking.problem.apart)
         evidence = tester.model(model, list(fit.evidence.h))
-        _, sizes, _ = fit.tester.draws(model, list(evidence.h), 2000, np.random.default_rng(0))
+        _, sizes, _ = fit.tester.draws(evidence, 2000, np.random.default_rng(0))
         sd = float(np.sqrt(evidence.h_cov[0, 0]))
         if model.members[0].one_sided and evidence.h[0] < 2.0 * sd:
             continue  # a magnitude cut at 0 has another mean than the Gaussian that is cut
