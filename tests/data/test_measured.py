@@ -114,7 +114,7 @@ def test_a_malformed_record_is_refused_by_line(tmp_path: Path, text: str, expect
 
 
 def test_files_without_a_table_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(MeasuredError, match="holds no table"):
+    with pytest.raises(MeasuredError, match="holds no table; a header is such as "):
         read_measured(written(tmp_path, "# only a note\n"))
     with pytest.raises(MeasuredError, match="cannot be read"):
         read_measured(tmp_path / "absent.csv")
