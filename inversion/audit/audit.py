@@ -74,8 +74,7 @@ def audit(
     choice, place = options or DiagnosisOptions(), Path(out)
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
     refuse_alpha(choice.alpha)
-    if draws < 1:
-        raise UserError(f"--draws = {draws} is below 1; 1 takes each record as it is")
+    _refuse_counts(make=make, make_forms=forms, draws=draws, channels=channels, shots=shots, most=most)
     if folder is not None and (make or forms):
         raise UserError(f"--experiments {folder} and --make exclude each other: truths are made in --out")
     made = place / "experiments"
@@ -99,6 +98,15 @@ def audit(
     refuse_damaged_truths(found)
     scores, failed, left = _scored(found, place, choice, draws, most, progress, say)
     return _written(place, scores, failed, left, choice, draws, command)
+
+
+def _refuse_counts(**counts: int | None) -> None:
+    """Raise UserError for a count that is none, by the name of its option."""
+    for name, count in counts.items():
+        least = 0 if name.startswith("make") else 1
+        if count is not None and count < least:
+            remedy = "1 takes each record as it is" if name == "draws" else f"give {least} or more, or leave it out"
+            raise UserError(f"--{name.replace('_', '-')} = {count} is below {least}; {remedy}")
 
 
 def _fits(channels: int, shots: int, wanted_channels: int | None, wanted_shots: int | None) -> bool:

@@ -6,13 +6,16 @@ import json
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
+from birdstrike.data.errors import UserError
 from birdstrike.inversion.audit.answers import records
+from birdstrike.inversion.audit.audit import audit as run_audit
 from birdstrike.inversion.audit.records import experiment_of, read_truth
 from birdstrike.solver.case.write import case_toml
 from birdstrike.solver.effects.registry import effects
@@ -143,6 +146,23 @@ def test_truth_files_that_cannot_be_read_are_all_named_before_a_record_is_diagno
     assert "truth_000_2.truth.toml is no truth file" in found.output
     assert "truth_000_5.truth.toml is no truth file" in found.output
     assert not (tmp_path / "out" / "diagnoses").exists()
+
+
+@pytest.mark.parametrize(
+    ("counts", "message"),
+    [
+        ({"most": 0}, "--most = 0 is below 1"),
+        ({"channels": 0}, "--channels = 0 is below 1"),
+        ({"shots": -1}, "--shots = -1 is below 1"),
+        ({"forms": -1}, "--make-forms = -1 is below 0"),
+        ({"draws": 0}, "--draws = 0 is below 1; 1 takes each record as it is"),
+    ],
+)
+def test_a_count_that_is_none_is_refused_in_python_too(
+    bench: Bench, tmp_path: Path, counts: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(UserError, match=message):
+        run_audit(bench.folder / "out" / "experiments", tmp_path / "out", **counts)
 
 
 def test_further_draws_put_other_noise_of_the_stated_level_on_the_truth_s_own_curve(bench: Bench) -> None:
