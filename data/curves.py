@@ -217,7 +217,9 @@ def _order_errors(time: Column, others: Sequence[Column]) -> Iterable[str]:
         return
     first, falls, same = back[0], bool((steps < 0.0).any()), _same(others, back - 1, back)
     said = f"line {time.lines[first]}: the time {time.texts[first]}"
-    if len(back) > MOST_LINES and same.all() and not falls:
+    if len(back) > MOST_LINES and (steps < 0.0).all():
+        yield f"{said} does not increase, nor does that of any row: the file runs backwards; sort its rows by time"
+    elif len(back) > MOST_LINES and same.all() and not falls:
         yield (
             f"{said} does not increase: the row stands in line {time.lines[first - 1]} too, as do {len(back)} "
             "rows with all their values; leave one of each out, so that there is one for each instant"

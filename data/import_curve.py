@@ -63,6 +63,7 @@ def import_record(path: str | Path, options: ImportOptions) -> Measured:
 
     A column `<name>_sigma` beside that of a sensor is its noise, in the sensor's unit where it has none.
     """
+    _refuse_options(options)
     _refuse_names(options.sensors)
     _refuse_scales(options.scales)
     if options.rate:
@@ -217,6 +218,26 @@ def _refuse_names(sensors: Collection[str]) -> None:
                 'and _ alone, and is not "time"; write the name that its case has: --sensor displacement_centre=COLUMN'
                 for name in wrong
             ]
+        )
+
+
+def _refuse_options(options: ImportOptions) -> None:
+    """Raises MeasuredError for options that say nothing of the file, and would be passed over."""
+    if not options.sensors:
+        raise MeasuredError(
+            f'sensors = {options.sensors!r}: name at least one, with its column or "" to find it, such as '
+            '{"displacement_centre": ""}'
+        )
+    if options.decimal not in ("", ",", "."):
+        raise MeasuredError(f'--decimal {options.decimal} is no mark of decimals; write --decimal "," or --decimal "."')
+    given = {"--unit": options.units, "--scale": options.scales, "--scale (unit)": options.per}
+    named = {option: set(names) - {"time"} if option == "--unit" else set(names) for option, names in given.items()}
+    named["--sigma"] = set(options.stated)
+    wrong = [(option, name) for option, names in named.items() for name in sorted(names - options.sensors.keys())]
+    if wrong:
+        known = ", ".join(options.sensors)
+        raise MeasuredError(
+            f"{option} {name}: {name} is no sensor that is read; named: {known}" for option, name in wrong
         )
 
 

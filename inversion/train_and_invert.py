@@ -28,6 +28,7 @@ from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import retry_before
+from birdstrike.doe.designs.registry import refuse_seed
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
     Nuisance,
@@ -146,6 +147,7 @@ def train_and_invert(
         When no verification run finishes.
     """
     folder, more = Path(out), extras or Extras()
+    refuse_seed(seed)
     folders = [Path(one) for one in as_list(doe_dir)]
     options = InversionOptions(
         trainer=trainer,

@@ -15,13 +15,13 @@ from birdstrike.data.progress import Progress
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
-    from birdstrike.solver.case.case import Case
+    from birdstrike.solver.case.case import Case, CaseSource
 
 OURS, THEIRS, ANSWER, PAGE = "ours.csv", "theirs.csv", "compare.json", "compare.html"
 
 
 def compare(
-    case: str | Path | Mapping[str, Any],
+    case: CaseSource,
     histories: str | Path | Sequence[str | Path],
     out: str | Path,
     *,
@@ -41,10 +41,10 @@ def compare(
     from birdstrike.data.out_folder import reserved
     from birdstrike.reports.comparison.other_code import curve_pairs, remarks
     from birdstrike.reports.page.other_code import write_comparison_page
-    from birdstrike.solver.case.case import case_hash, load_case
+    from birdstrike.solver.case.case import case_hash
     from birdstrike.solver.version import SOLVER_VERSION
 
-    loaded, folder = load_case(case, settings), Path(out)
+    loaded, folder = _loaded(case, settings), Path(out)
     files = [histories] if isinstance(histories, str | Path) else list(histories)
     other, missing = _theirs(files, deck)
     with reserved(folder, "compare"):
@@ -63,6 +63,19 @@ def compare(
         write_comparison_page(folder / PAGE, loaded.name, theirs, pairs, files, [*told, *not_compared])
         write_json(folder / ANSWER, answer)
     return answer
+
+
+def _loaded(case: CaseSource, settings: Mapping[str, Any] | None) -> Case:
+    """The case with its overrides; raises UserError for overrides of one that is loaded already."""
+    from birdstrike.solver.case.case import Case, load_case
+
+    if not isinstance(case, Case):
+        return load_case(case, settings)
+    if settings:
+        raise UserError(
+            f"settings = {dict(settings)}: the case is loaded already; give them to load_case(case, settings)"
+        )
+    return case
 
 
 def _theirs(files: Sequence[str | Path], deck: str | Path | None) -> tuple[Histories, list[str]]:

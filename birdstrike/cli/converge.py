@@ -150,7 +150,7 @@ def _announce(meshes: list[Mesh], workers: int) -> None:
 
 
 def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
-    from birdstrike.data.units import display
+    from birdstrike.inversion.formatting import quantity
     from birdstrike.inversion.mesh_convergence.files import as_json, warnings_of
 
     console.print(_table(name, found))
@@ -160,10 +160,10 @@ def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
     warn(warnings_of(found), f"{out / 'convergence.json'}")
     for channel, curve in found.curves.items():
         band = curve.bands[found.own]
-        largest, unit = display(float(band.max()), found.histories[found.user].units[channel])
+        largest = quantity(float(band.max()), found.histories[found.user].units[channel])
         peak = float(abs(found.histories[found.user].channels[channel]).max())
         share = f", {float(band.max()) / peak:.1%} of its largest value" if peak else ""
-        say(f"{channel}: over the whole curve within {largest:.3g} {unit}{share}")
+        say(f"{channel}: over the whole curve within {largest}{share}")
     say(f"Written to {out}: convergence.json, convergence.csv, convergence.png (runs/ holds the simulations).")
     return {"out": str(out), **as_json(found)}
 
@@ -173,20 +173,25 @@ def _table(name: str, found: MeshConvergence) -> Table:
     from birdstrike.data.units import display
 
     table = Table(
-        title=f"{name}: mesh convergence, finest mesh first", title_justify="left", box=SIMPLE, pad_edge=False
+        title=f"{name}: mesh convergence, finest mesh first",
+        title_justify="left",
+        box=SIMPLE,
+        pad_edge=False,
+        padding=(0, 0, 0, 1),
     )
-    table.add_column("quantity", min_width=17)
+    table.add_column("quantity", min_width=12, overflow="fold")
     for mesh in found.meshes:
-        table.add_column(f"{mesh.particles}{'†' if mesh.level == 0 else ''}", justify="right")
+        table.add_column(f"{mesh.particles}{'†' if mesh.level == 0 else ''}", justify="right", no_wrap=True)
     for heading in ("order", "to h = 0", "GCI", "GCI†"):
-        table.add_column(heading, justify="right")
+        table.add_column(heading, justify="right", no_wrap=True)
     for scalar, entry, values in found.scalars.values():
         unit = display(1.0, scalar.unit)[1]
+        label = f"{scalar.name.replace('_', ' ')}{f' [{unit}]' if unit else ''}"
         numbers = [f"{display(value, scalar.unit)[0]:.4g}" for value in values]
         exact = "-" if entry.extrapolated is None else f"{display(entry.extrapolated, scalar.unit)[0]:.4g}"
         order = "none" if entry.order is None else f"{entry.order:.2f}"
         indices = [_percent(entry.index(mesh), entry.order is None) for mesh in (0, found.own)]
-        table.add_row(escape(f"{scalar.name.replace('_', ' ')} [{unit}]"), *numbers, order, exact, *indices)
+        table.add_row(escape(label), *numbers, order, exact, *indices)
     return table
 
 

@@ -141,8 +141,6 @@ def command(
 
     Example: birdstrike import shot.txt --sensor displacement_centre --unit mm --time-unit ms --out shot.csv
     """
-    if decimal not in ("", ",", "."):
-        raise UserError(f'--decimal {decimal} is no mark of decimals; write --decimal "," or --decimal "."')
     columns = _columns(sensor)
     scales, units, per = factors_of(_of_sensors("--scale", scale, columns))
     units |= _of_sensors("--unit", unit, columns) | ({"time": time_unit} if time_unit else {})

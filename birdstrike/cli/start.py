@@ -158,13 +158,15 @@ def _announce(begun: Begun, workers: int | None, say: Callable[[str], None]) -> 
 
 def cost_lines(begun: Begun, workers: int | None) -> Iterator[str]:
     """How many simulations, seconds of each, minutes in all."""
+    from birdstrike.inversion.formatting import many
     from birdstrike.questions.cost import minutes, parts
 
     cores = workers or os.cpu_count() or 1
     found = parts(begun.case, begun.shot.runs, begun.shot.diagnosis)
     yield "What it will cost, by the estimate of birdstrike check (one core, compiled, nothing else running):"
     yield from (f"  {part.runs:4d} x {part.each:6.1f} s  {part.what}" for part in found)
-    yield f"  {_sum(found)}, about {minutes(found, cores):.0f} min on {cores} idle cores with everything else."
+    idle = many(cores, "idle core")
+    yield f"  {_sum(found)}, about {minutes(found, cores):.0f} min on {idle} with everything else."
 
 
 def _sum(found: tuple[Part, ...]) -> str:

@@ -78,7 +78,7 @@ def _lines(path: Path) -> tuple[tuple[str, ...], NumberedRow, list[NumberedRow]]
     provenance = tuple(line.lstrip("# ").rstrip() for line in lines if line.startswith("#"))
     rows = list(_rows(lines))
     if not rows:
-        raise MeasuredError(f'{path} holds no table; its header is "time [ms],displacement_centre [mm]"')
+        raise MeasuredError(f'{path} holds no table; a header is such as "time [ms],displacement_centre [mm]"')
     header, *body = rows
     if len(header[1]) < 2:
         raise MeasuredError(f"{path}, line {header[0]}: one column only; columns are separated by commas")

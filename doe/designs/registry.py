@@ -22,6 +22,12 @@ from birdstrike.doe.designs.uniform import UNIFORM
 KINDS: dict[str, DesignKind] = {kind.name: kind for kind in (UNIFORM, ORTHOGONAL, LHS, SOBOL)}
 
 
+def refuse_seed(seed: int) -> None:
+    """Raise UserError for a seed that no random generator takes."""
+    if seed < 0:
+        raise UserError(f"--seed = {seed} is below 0; use 0, 1, 2, ...")
+
+
 def make_design(
     kind: str | Path, space: ParameterSpace, runs: int = 25, seed: int = 0, progress: Progress = silent
 ) -> Design:
@@ -36,8 +42,7 @@ def make_design(
         return file_design(kind, space)
     if runs < 2:
         raise UserError(f"--runs = {runs} is below 2; a design needs at least two runs")
-    if seed < 0:
-        raise UserError(f"--seed = {seed} is below 0; use 0, 1, 2, ...")
+    refuse_seed(seed)
     unit, note = chosen.generate(runs, len(space.names), seed, progress), chosen.note(runs)
     numbers, warnings = np.arange(1, runs + 1), (note,) if note else ()
     return Design(chosen.name, seed, space, numbers, space.to_physical(unit), unit, warnings=warnings)

@@ -20,10 +20,11 @@ from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations, uncounted
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.inversion.audit.answers import answered, code_digest
-from birdstrike.inversion.audit.records import Experiment, find_experiments, read_truth
+from birdstrike.inversion.audit.records import Experiment, find_experiments, read_truth, refuse_damaged_truths
 from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
-from birdstrike.inversion.audit.truth_runs import layouts, make_experiments
+from birdstrike.inversion.audit.truth_runs import layouts, make_experiments, refuse_other_truths
+from birdstrike.inversion.diagnosis.diagnose import refuse_alpha
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
 from birdstrike.solver.case.case import Case, as_case, case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION
@@ -67,17 +68,19 @@ def audit(
     Raises
     ------
     UserError, RunFailed
-        No experiment fits; a truth cannot be simulated.
+        No experiment fits; a file of one cannot be read; `out` holds truths of another case or seed; a truth cannot be
+        simulated.
     """
     choice, place = options or DiagnosisOptions(), Path(out)
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
-    if draws < 1:
-        raise UserError(f"--draws = {draws} is below 1; 1 takes each record as it is")
+    refuse_alpha(choice.alpha)
+    _refuse_counts(make=make, make_forms=forms, draws=draws, channels=channels, shots=shots, most=most)
     if folder is not None and (make or forms):
         raise UserError(f"--experiments {folder} and --make exclude each other: truths are made in --out")
     made = place / "experiments"
     if make or forms:
         declared = as_case(case)
+        refuse_other_truths(declared, made, choice.seed)
         wanted = tuple(one for one in layouts(declared) if _fits(len(one.channels), one.shots, channels, shots))
         with Simulations(place / "truths", (), choice.workers, retry=choice.retry) as simulations:
             for count, other in ((make, False), (forms, True)):
@@ -92,8 +95,18 @@ def audit(
     if not found:
         lacking = [f"{n} {name}" for n, name in ((channels, "channels"), (shots, "shots")) if n is not None]
         raise UserError(f"no experiment in {source} has {' and '.join(lacking)}")
+    refuse_damaged_truths(found)
     scores, failed, left = _scored(found, place, choice, draws, most, progress, say)
     return _written(place, scores, failed, left, choice, draws, command)
+
+
+def _refuse_counts(**counts: int | None) -> None:
+    """Raise UserError for a count that is none, by the name of its option."""
+    for name, count in counts.items():
+        least = 0 if name.startswith("make") else 1
+        if count is not None and count < least:
+            remedy = "1 takes each record as it is" if name == "draws" else f"give {least} or more, or leave it out"
+            raise UserError(f"--{name.replace('_', '-')} = {count} is below {least}; {remedy}")
 
 
 def _fits(channels: int, shots: int, wanted_channels: int | None, wanted_shots: int | None) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -40,7 +40,8 @@ class Experiment:
 class Truth:
     """What the truth has, SI.
 
-    draw: the truth that several records share; form: the model that made it; time: (n,) [s]; curves: role -> sensor ->
+    draw: the truth that several records share; form: the model that made it; seed: that it was drawn from, None where
+    its file does not say; time: (n,) [s]; curves: role -> sensor ->
     (n,) without noise; slopes: parameter -> sensor -> (n,) change over the whole of its range.
     """
 
@@ -53,6 +54,7 @@ class Truth:
     time: Array = field(default_factory=lambda: np.empty(0))
     curves: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     slopes: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+    seed: int | None = None
 
 
 def find_experiments(folder: Path) -> list[Experiment]:
@@ -82,6 +84,7 @@ def experiment_of(record: Path) -> Experiment:
 def truth_text(truth: Truth, curves: str) -> str:
     """TOML of a truth file; SI; curves: name of the file of noise-free curves."""
     lines = ["schema_version = 2", f'kind = "{truth.kind}"', f'draw = "{truth.draw}"', f'form = "{truth.form}"']
+    lines += [f"seed = {truth.seed}"] * (truth.seed is not None)
     lines += [f'what = "{truth.what}"', f'curves = "{curves}"', "\n[effects]"]
     lines += [
         f"{json.dumps(label, ensure_ascii=False)} = {value!r}  # {unit_of(label)}"
@@ -113,11 +116,23 @@ def read_truth(path: Path) -> Truth:
         parameters = {name: float(value) for name, value in content.get("parameters", {}).items()}
         time, curves, slopes = read_curves(path, content)
         named = (content.get("draw", path.name.removesuffix(TRUTH)), content.get("form", OWN), content.get("what", ""))
-        return Truth(content["kind"], *named, effects, parameters, time, curves, slopes)
+        return Truth(content["kind"], *named, effects, parameters, time, curves, slopes, content.get("seed"))
     except (KeyError, TypeError, ValueError, OSError) as error:
         raise UserError(
             f"{path} is no truth file: {error}; make experiments with: birdstrike audit --make N"
         ) from error
+
+
+def refuse_damaged_truths(found: Sequence[Experiment]) -> None:
+    """Raise UserError, with a line for each truth file that cannot be read, before a record is diagnosed in vain."""
+    errors: list[str] = []
+    for one in found:
+        try:
+            read_truth(one.truth)
+        except UserError as error:
+            errors += error.errors
+    if errors:
+        raise UserError(errors)
 
 
 def read_curves(path: Path, content: Mapping) -> tuple[Array, dict[str, dict[str, Array]], dict[str, dict[str, Array]]]:

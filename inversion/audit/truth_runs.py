@@ -35,9 +35,9 @@ from birdstrike.inversion.audit.draws import (
     roles,
     sensor_of,
 )
-from birdstrike.inversion.audit.records import CURVES, TRUTH, Truth, curves_text, truth_text
+from birdstrike.inversion.audit.records import CURVES, TRUTH, Truth, curves_text, read_truth, truth_text
 from birdstrike.inversion.diagnosis.instrument import able_sensors
-from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.case.write import case_toml
 
 Simulate = Callable[[Mapping[str, Case]], dict[str, Histories]]
@@ -66,6 +66,26 @@ def layouts(case: Case) -> list[Layout]:
     return [Layout(*one) for one in product(sets, (1, len(SHOTS)), (False, True))]
 
 
+def refuse_other_truths(case: Case, folder: Path, seed: int) -> None:
+    """Raise UserError where the folder holds truths of another declared case or of another seed than those to be made.
+
+    They would be taken for these, because a truth that is there is not made again.
+    """
+    declared = _declared(case)
+    for path in sorted(folder.glob(f"*{TRUTH}")):
+        made, given = read_truth(path).seed, path.with_name(f"{path.name.removesuffix(TRUTH)}.toml")
+        if made not in (None, seed):
+            raise UserError(
+                f"--seed = {seed}: {folder} holds truths of --seed {made}, such as {path.name}; give that seed, "
+                "or another --out"
+            )
+        if given.read_text(encoding="utf-8") != declared and case_hash(load_case(given)) != case_hash(case):
+            raise UserError(
+                f"--case = {case.name}: {folder} holds truths of another case, {given.name}; give the case of which "
+                "they are, or another --out"
+            )
+
+
 def make_experiments(
     case: Case,
     folder: Path,
@@ -92,7 +112,7 @@ def make_experiments(
             write_atomically(folder / f"{stem}{CURVES}", curves_text(*columns))
             for name, (i, layout) in zip(names, own.items(), strict=True):
                 rng = np.random.default_rng([seed, number, int(forms), i])
-                _write(folder, name, case, drawn, layout, columns, rng, stem)
+                _write(folder, name, case, drawn, layout, columns, rng, stem, seed)
 
 
 def _simulated(
@@ -174,17 +194,23 @@ def _write(
     columns: tuple[Array, Mapping[tuple[str, str], Array]],
     rng: Generator,
     curves: str,
+    seed: int,
 ) -> None:
     """Declared case, records and, last, the sealed truth."""
     time, clean = columns
-    write_atomically(folder / f"{name}.toml", f"# Declared case of a virtual experiment.\n{case_toml(case)}")
+    write_atomically(folder / f"{name}.toml", _declared(case))
     for role, ending, channels in _files(case, layout):
         record = {sensor: clean[role, sensor] for sensor in channels}
         write_measured(folder / f"{name}{ending}", noisy(case, time, record, rng))
     shown = visible(drawn, layout)
     kind = {0: CLEAN, 1: SINGLE, 2: PAIR}[len(shown)] if drawn.effects else drawn.kind
-    truth = Truth(kind, curves, drawn.form, drawn.what, shown, drawn.parameters)
+    truth = Truth(kind, curves, drawn.form, drawn.what, shown, drawn.parameters, seed=seed)
     write_atomically(folder / f"{name}{TRUTH}", truth_text(truth, f"{curves}{CURVES}"))
+
+
+def _declared(case: Case) -> str:
+    """Text of the file of the declared case."""
+    return f"# Declared case of a virtual experiment.\n{case_toml(case)}"
 
 
 def _files(case: Case, layout: Layout) -> Iterator[tuple[str, str, tuple[str, ...]]]:

@@ -94,8 +94,7 @@ def diagnose(
     choice, folder = options or DiagnosisOptions(), Path(out)
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
     refuse_budget(choice.refine)
-    if not 0.0 < choice.alpha < 0.5:
-        raise UserError(f"--alpha = {choice.alpha} is outside 0 .. 0.5; 0.05 is usual")
+    refuse_alpha(choice.alpha)
     records = read_records(case, measured, heldout, baseline, baseline_case, channels)
     shots, clean, other = records.shots, records.clean, records.heldout
     choice = replace(choice, baseline_bird=stated_bird(choice, shots[0].case, baseline_bird))
@@ -126,6 +125,12 @@ def diagnose(
         copy_case(one.case, folder, name, f"{Path(name).stem}/")
     others = [*(one.record for one in clean), *([] if other is None else [other])]
     return write(replace(found, record=described(shots, others)), folder)
+
+
+def refuse_alpha(alpha: float) -> None:
+    """Raise UserError for a rate of false alarms that is none."""
+    if not 0.0 < alpha < 0.5:
+        raise UserError(f"--alpha = {alpha} is outside 0 .. 0.5; 0.05 is usual")
 
 
 def described(shots: Sequence[NamedRecord], others: Sequence[Measured] = ()) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.doe.external.deck import has_place
+from birdstrike.inversion.formatting import many
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.estimate import estimate
 
@@ -119,7 +120,9 @@ def _refined(own: Mesh, ratio: float, level: int) -> Mesh:
     except CaseError as error:
         finer = "finer" if level < 0 else "coarser"
         place = f"--place = {'coarsest' if level < 0 else 'finest'}, a smaller --ratio, or a {finer} mesh of your own"
-        raise UserError([*error.errors, f"the case cannot be meshed {abs(level)} level(s) away: {place}"]) from error
+        raise UserError(
+            [*error.errors, f"the case cannot be meshed {many(abs(level), 'level')} away: {place}"]
+        ) from error
 
 
 def _same_parity(wanted: float, like: int) -> int:

@@ -15,7 +15,7 @@ from birdstrike.reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECOR
 from birdstrike.reports.page.diagnosis import SECTIONS as DIAGNOSIS_SECTIONS
 from birdstrike.reports.page.diagnosis import in_report
 from birdstrike.reports.page.render import rendered
-from birdstrike.reports.results.measurement import origin, program_in, short_name
+from birdstrike.reports.results.measurement import named, origin, program_in
 from birdstrike.reports.results.parts import Parts, find_parts
 from birdstrike.reports.results.reading import read_campaign, read_inversion, read_results
 from birdstrike.reports.results.results import Results, titled
@@ -183,7 +183,7 @@ def page(
         if progress:
             progress(done / len(makers))
     return rendered(
-        title=f"Bird strike {results.case_name}: parameters from the record {short_name(results.record)}",
+        title=f"Bird strike {results.case_name}: parameters from {named(results.record)}",
         subtitle=f"The record is {origin(results.record)}; every model curve is simulated by {program}.",
         sections=sections,
         switches=switches(results, sections),

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from birdstrike.inversion.formatting import listing
 from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
-from birdstrike.reports.results.measurement import RecordPosition, origin, peak, record_position, residual, short_name
+from birdstrike.reports.results.measurement import RecordPosition, named, origin, peak, record_position, residual
 from birdstrike.reports.results.results import CampaignResults, InversionResults, Results, RunSummary
 
 
@@ -30,7 +30,7 @@ def analysed(results: Results) -> str:
     return (
         f"Analysed: a bird of {quantity(case.bird.actual_mass, 'kg')} at {quantity(case.impact.speed, 'm/s')} "
         f"({quantity(case.normal_speed, 'm/s')} normal to the plate) on {target}; "
-        f"the record {short_name(record)} is {verdict}: {peaks}."
+        f"{named(record)} is {verdict}: {peaks}."
     )
 
 

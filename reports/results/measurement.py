@@ -38,6 +38,12 @@ def short_name(record: Measured) -> str:
     return Path(record.path).stem
 
 
+def named(record: Measured) -> str:
+    """`the record shot7`, and of a file that is called record.csv `the record` alone."""
+    name = short_name(record)
+    return "the record" if name.lower() == "record" else f"the record {name}"
+
+
 @dataclass(frozen=True)
 class RecordPosition:
     """One channel at the record's `time` (r,) s: its `values`, the simulations' `low` and `high`, all (r,) SI.

@@ -12,7 +12,7 @@ from typing import Any
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.progress import Progress, silent
-from birdstrike.doe.campaign.worker import process_pool
+from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.reports.verification.cache import Cache, Result
 from birdstrike.reports.verification.ledger import renewed
 from birdstrike.reports.verification.page import most_reasons, write_page
@@ -91,7 +91,7 @@ class Verification:
 def verify(
     out: str | Path | None = "VERIFICATION.md",
     *,
-    only: Iterable[str] = (),
+    only: str | Iterable[str] = (),
     workers: int = 2,
     cache: str | Path = CACHE,
     progress: Progress | None = None,
@@ -105,9 +105,9 @@ def verify(
     one of them fails, UserError for a pattern that fits nothing.
     """
     started = time.perf_counter()
-    kept, wanted = Cache(Path(cache).resolve()), chosen(only)
+    kept, wanted = Cache(Path(cache).resolve()), chosen([only] if isinstance(only, str) else only)
     due = [problem for problem in wanted if kept.recall(problem) is None]
-    spent = run_due(kept, due, workers, progress or silent, told or (lambda _: None))
+    spent = run_due(kept, due, worker_count(workers), progress or silent, told or (lambda _: None))
     results = [result for problem in wanted if (result := kept.recall(problem)) is not None]
     verification = Verification(tuple(results), time.perf_counter() - started, spent)
     if out is not None:

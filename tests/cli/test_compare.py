@@ -16,7 +16,7 @@ from birdstrike.data.curves import read_histories, write_histories
 from birdstrike.data.decks.sensors import read_deck_sensors
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
-from birdstrike.solver.case.case import load_case
+from birdstrike.solver.case.case import case_hash, load_case
 from tests.data.exports.radioss_t01_writer import write_t01
 
 TIME = 5e-6 * np.arange(401)
@@ -115,6 +115,15 @@ def test_curves_by_the_sensors_names_need_no_deck(tmp_path: Path) -> None:
     assert again["sensors"]["displacement_centre"]["rms"] == pytest.approx(
         answer["sensors"]["displacement_centre"]["rms"], rel=1e-4
     )
+
+
+def test_a_loaded_case_is_compared_as_its_name_and_settings_are(tmp_path: Path) -> None:
+    theirs = Histories(TIME, {"displacement_centre": 2e-3 * SHAPE}, {"displacement_centre": "m"})
+    write_histories(tmp_path / "theirs.csv", theirs)
+    found = compare(load_case("demo_rig", SETTINGS), tmp_path / "theirs.csv", tmp_path / "out")
+    assert found["case_hash"] == case_hash(load_case("demo_rig", SETTINGS))
+    with pytest.raises(UserError, match="the case is loaded already; give them to load_case"):
+        compare(load_case("demo_rig"), tmp_path / "theirs.csv", tmp_path / "out", settings=SETTINGS)
 
 
 def test_what_cannot_be_compared_is_said_with_a_remedy(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -89,6 +90,7 @@ def test_a_second_study_strikes_no_more_and_says_the_same(study, monkeypatch: py
         (["--workers", "0"], "--workers = 0 is below 1"),
         (["--set", "plate.thickness=2 m"], "plate.thickness = 2 m is outside"),
         (["--ratio", "1.6"], "bird.particles = 58 is outside 100 .. 200000"),
+        (["--ratio", "1.6"], "the case cannot be meshed 1 level away: "),
     ],
 )
 def test_the_users_mistakes_exit_1_and_write_nothing(tmp_path: Path, options: list[str], message: str) -> None:
@@ -119,6 +121,17 @@ def test_the_python_verb_returns_the_study(study) -> None:
     assert found.scalars["contact_force_impulse"][1].values[0] == pytest.approx(
         written["contact_force_impulse"]["values"][0]
     )
+
+
+def test_a_strain_is_shown_whole_and_without_a_unit_that_it_does_not_have(tmp_path: Path) -> None:
+    gauge = ["--set", "sensors.strain_back.kind=strain", "--set", 'sensors.strain_back.at=["0 mm", "0 mm"]']
+    command = ["converge", "reference_strike_156mm", "--out", str(tmp_path / "out"), *TINY, *gauge]
+    result = CliRunner().invoke(app, [*command, "--set", "sensors.strain_back.side=back"], env={"COLUMNS": "80"})
+    assert result.exit_code == 0, result.output
+    assert "…" not in result.output
+    assert "peak []" not in " ".join(result.output.split())
+    (line,) = (line for line in result.output.splitlines() if line.startswith("strain_back: over the whole curve"))
+    assert re.search(r"within \d[^ ]*, \d", line)
 
 
 def test_a_deck_without_a_mesh_does_not_pass_for_converged(tmp_path: Path) -> None:

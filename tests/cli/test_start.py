@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
 from birdstrike.cli.import_curve import factor_of
-from birdstrike.cli.start import begin
+from birdstrike.cli.start import begin, cost_lines
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.questions.answers import Answers, read_answers
 from birdstrike.questions.clock import shift_to
@@ -172,6 +172,12 @@ def test_answers_that_do_not_go_together_are_asked_again_and_no_at_the_end_compu
     assert "What it will cost" in found.stdout
     assert "change Shot_7/answers.toml and run birdstrike start again" in found.stderr
     assert not Path("Shot_7/loop").exists()
+
+
+def test_the_cost_on_one_core_is_said_in_the_singular(export: Path) -> None:
+    begun = begin(Answers(read_answers(answered(export))), None, print)
+    assert "min on 1 idle core with everything else." in [*cost_lines(begun, 1)][-1]
+    assert "min on 2 idle cores with everything else." in [*cost_lines(begun, 2)][-1]
 
 
 def test_a_column_of_noise_is_no_sensor(export: Path) -> None:

@@ -63,12 +63,13 @@ def test_numbers_of_a_nodout_that_touch_are_told_apart_by_their_columns(tmp_path
 
 
 def test_several_nodes_and_no_choice_is_an_error_that_lists_them(tmp_path: Path) -> None:
+    units = {"time": "ms", "a": "mm"}
     with pytest.raises(UserError, match=r"holds 2 nodes; choose one: --node 7 \(there are 7, 1026\)"):
-        imported(tmp_path / "nodout", nodout([0.0, 1.0], (7, 1026)), ImportOptions({"a": "z-disp"}, units=MM_MS))
+        imported(tmp_path / "nodout", nodout([0.0, 1.0], (7, 1026)), ImportOptions({"a": "z-disp"}, units=units))
     with pytest.raises(UserError, match="has no node 8; it has 7, 1026"):
-        import_record(tmp_path / "nodout", ImportOptions({"a": "z-disp"}, units=MM_MS, node=8))
+        import_record(tmp_path / "nodout", ImportOptions({"a": "z-disp"}, units=units, node=8))
     with pytest.raises(UserError, match=r'which column is "a"\? Write --sensor a="z-disp"'):
-        import_record(tmp_path / "nodout", ImportOptions({"a": ""}, units=MM_MS, node=7))
+        import_record(tmp_path / "nodout", ImportOptions({"a": ""}, units=units, node=7))
 
 
 def test_nodout_that_was_cut_short_is_an_error_with_its_line(tmp_path: Path) -> None:
@@ -395,6 +396,23 @@ def test_per_cent_of_strain_and_millions_of_psi(tmp_path: Path) -> None:
 def test_a_scale_that_leaves_nothing_is_refused(tmp_path: Path, scale: float) -> None:
     options = ImportOptions(CENTRE, scales={"displacement_centre": scale})
     with pytest.raises(UserError, match="leaves nothing of the curve; give the factor"):
+        imported(tmp_path / "a.csv", "t_ms,w_mm\n0,1\n1,2\n", options)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (ImportOptions({}), r"sensors = \{\}: name at least one"),
+        (ImportOptions(CENTRE, units={"centre": "mm"}), "--unit centre: centre is no sensor that is read; named: disp"),
+        (ImportOptions(CENTRE, scales={"centre": -1.0}), "--scale centre: centre is no sensor"),
+        (ImportOptions(CENTRE, stated=("centre",)), "--sigma centre: centre is no sensor"),
+        (ImportOptions(CENTRE, decimal=";"), "--decimal ; is no mark of decimals"),
+    ],
+)
+def test_an_option_that_says_nothing_of_the_file_is_refused(
+    tmp_path: Path, options: ImportOptions, message: str
+) -> None:
+    with pytest.raises(UserError, match=message):
         imported(tmp_path / "a.csv", "t_ms,w_mm\n0,1\n1,2\n", options)
 
 

@@ -91,6 +91,10 @@ def test_all_bad_cells_are_listed_in_the_order_of_lines(tmp_path: Path) -> None:
             "time [ms],w [mm]\n0,0\n1,1\n2,2\n0,0\n1,3\n",
             "line 5: the time 0 does not increase: the clock begins again, with other values than at",
         ),
+        (
+            "time [ms],w [mm]\n" + "".join(f"{9 - i},{i}\n" for i in range(9)),
+            "line 3: the time 8 does not increase, nor does that of any row: the file runs backwards; sort its rows",
+        ),
         ("time [ms],w [mm]\n0,0\n2,1\n1,2\n", "line 4: the time 1 does not increase; sort the rows"),
         ("time [ms],w [mm]\n1,0\n,2\n3,1\n", "line 3: the time is missing"),
         ("time [ms],w\n0,1\n1,2\n", 'line 1: "w" needs a name and a unit'),
@@ -114,7 +118,7 @@ def test_a_malformed_record_is_refused_by_line(tmp_path: Path, text: str, expect
 
 
 def test_files_without_a_table_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(MeasuredError, match="holds no table"):
+    with pytest.raises(MeasuredError, match="holds no table; a header is such as "):
         read_measured(written(tmp_path, "# only a note\n"))
     with pytest.raises(MeasuredError, match="cannot be read"):
         read_measured(tmp_path / "absent.csv")

@@ -195,6 +195,12 @@ def test_a_campaign_of_another_case_is_refused(doe: Path, measured: Path, tmp_pa
     assert not (tmp_path / "inversion.json").exists()
 
 
+def test_a_seed_below_0_is_refused_before_anything_is_trained(doe: Path, measured: Path, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="--seed = -1 is below 0"):
+        train_and_invert(doe, measured, tmp_path / "out", seed=-1)
+    assert not (tmp_path / "out").exists()
+
+
 def test_another_noise_is_not_another_case(doe: Path, measured: Path, tmp_path: Path) -> None:
     noisy = load_case("reference_strike", {"sensors.displacement_centre.noise": "0.1 mm"})
     found = train_and_invert(doe, measured, tmp_path, method="emulator", case=noisy, extras=PLAIN)

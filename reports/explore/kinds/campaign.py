@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.reports.explore.kinds.kind import Kind
@@ -33,7 +34,7 @@ def read(folder: Path) -> tuple[View]:
         headline="No record has been compared yet.",
         parameters=parameters,
         systems=[emulator_table(emulator)],
-        shots=[{"name": case.name, "system": 0, "channels": sensors}],
+        shots=[{"name": CampaignFolder(folder).read_summary()["case_name"], "system": 0, "channels": sensors}],
         answers=[],
         presets=[preset("middle of the ranges", middle.tolist())],
         runs=runs(dataset.parameters, dataset.time, dataset.curves),

@@ -1,6 +1,6 @@
 // A panel a sensor: record with its noise, the emulator's curve with its error, a campaign's run, the residual below.
 
-const MS = 1e3, WIDE_95 = 1.96, LEFT = 46, RIGHT = 8, TOP = 8, FOOT = 32, GAP = 14;
+const MS = 1e3, WIDE_95 = 1.96, LEFT = 54, RIGHT = 14, TOP = 8, FOOT = 32, GAP = 14;
 
 const panelOf = (shot, channel, many, read) => {
   const name = many ? `${channel.label}, ${shot.name}` : channel.label;
@@ -46,7 +46,7 @@ const scalesOf = (panel, view, { time, curve, error, off }) => {
 };
 
 const framesOf = (width, height, scales) => {
-  const [left, foot, gap] = [LEFT, FOOT, GAP].map((size) => size * theme.scale), inner = width - left - RIGHT;
+  const [left, foot, gap, right] = [LEFT, FOOT, GAP, RIGHT].map((size) => size * theme.scale), inner = width - left - right;
   const low = Math.round(0.26 * (height - foot)), high = height - foot - gap - TOP - low;
   return {
     upper: frameOf(left, TOP, inner, high, scales.x, scales.y),
@@ -64,7 +64,7 @@ const drawStill = (panel, frames, size) => {
   drawAxes(pen, frames.upper, { below: false });
   drawAxes(pen, frames.lower, { rows: 2 });
   pen.fillStyle = theme.soft; pen.textAlign = "right"; pen.textBaseline = "bottom";
-  pen.fillText("time [ms]", size.width - RIGHT, size.height - 1);
+  pen.fillText("time [ms]", size.width - RIGHT * theme.scale, size.height - 1);
   pen.textAlign = "left"; pen.textBaseline = "top";
   pen.fillText(record ? "record − model" : "no record", frames.lower.left + 6, frames.lower.top - 2);
   if (!record) return;

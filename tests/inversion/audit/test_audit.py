@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
+from birdstrike.data.errors import UserError
 from birdstrike.inversion.audit.answers import records
+from birdstrike.inversion.audit.audit import audit as run_audit
 from birdstrike.inversion.audit.records import experiment_of, read_truth
 from birdstrike.solver.case.write import case_toml
 from birdstrike.solver.effects.registry import effects
@@ -103,6 +107,62 @@ def test_experiments_of_ones_own_and_truths_to_be_made_exclude_each_other(tmp_pa
     assert found.exit_code == 1
     assert "exclude each other" in found.output
     assert not (tmp_path / "out").exists()
+
+
+def test_a_rate_of_false_alarms_that_is_none_is_refused_before_a_truth_is_simulated(tmp_path: Path) -> None:
+    for alpha in ("2", "0", "nan"):
+        found = CliRunner().invoke(app, ["audit", "--make", "1", "--alpha", alpha, "--out", str(tmp_path / "out")])
+        assert found.exit_code == 1
+        assert f"--alpha = {float(alpha)} is outside 0 .. 0.5" in found.output
+    assert not (tmp_path / "out" / "truths").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--seed", "4"), "holds truths of --seed 3, such as truth_000_1.truth.toml"),
+        (("--case", "synthetic_strike"), "--case = synthetic_strike: "),
+    ],
+)
+def test_truths_of_another_seed_or_case_are_not_taken_for_those_asked_for(
+    bench: Bench, words: tuple[str, str], message: str
+) -> None:
+    known = (bench.folder / "out" / "audit.json").read_bytes()
+    found = bench.audit("--make", "1", "--most", "1", *words)
+    assert found.exit_code == 1, found.output
+    assert message in found.output
+    assert "another --out" in found.output
+    assert (bench.folder / "out" / "audit.json").read_bytes() == known
+
+
+def test_truth_files_that_cannot_be_read_are_all_named_before_a_record_is_diagnosed(
+    bench: Bench, tmp_path: Path
+) -> None:
+    shutil.copytree(bench.folder / "out" / "experiments", tmp_path / "given")
+    for name in ("truth_000_2", "truth_000_5"):
+        (tmp_path / "given" / f"{name}.truth.toml").write_text("kind = [", encoding="utf-8")
+    found = CliRunner().invoke(app, ["audit", "--experiments", str(tmp_path / "given"), "--out", str(tmp_path / "out")])
+    assert found.exit_code == 1
+    assert "truth_000_2.truth.toml is no truth file" in found.output
+    assert "truth_000_5.truth.toml is no truth file" in found.output
+    assert not (tmp_path / "out" / "diagnoses").exists()
+
+
+@pytest.mark.parametrize(
+    ("counts", "message"),
+    [
+        ({"most": 0}, "--most = 0 is below 1"),
+        ({"channels": 0}, "--channels = 0 is below 1"),
+        ({"shots": -1}, "--shots = -1 is below 1"),
+        ({"forms": -1}, "--make-forms = -1 is below 0"),
+        ({"draws": 0}, "--draws = 0 is below 1; 1 takes each record as it is"),
+    ],
+)
+def test_a_count_that_is_none_is_refused_in_python_too(
+    bench: Bench, tmp_path: Path, counts: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(UserError, match=message):
+        run_audit(bench.folder / "out" / "experiments", tmp_path / "out", **counts)
 
 
 def test_further_draws_put_other_noise_of_the_stated_level_on_the_truth_s_own_curve(bench: Bench) -> None:

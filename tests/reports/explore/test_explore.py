@@ -14,16 +14,32 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import birdstrike.reports.explore.explore
 from birdstrike.cli.app import app
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.doe.campaign.results import load_dataset
-from birdstrike.reports.explore.explore import LARGEST, explore
+from birdstrike.reports.explore.explore import LARGEST, SCRIPTS, explore
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from birdstrike.surrogate.files import load_emulator
 from tests.reports.explore.browser import Browser
 from tests.reports.explore.exactness import EXACT, drawn, off
+
+LABELS = """() => {
+  const texts = [], pen = document.createElement("canvas").getContext("2d"), write = pen.fillText.bind(pen);
+  pen.font = '11px "Liberation Sans", Arial, sans-serif';
+  pen.fillText = (text, x, y) => {
+    const box = pen.measureText(text);
+    texts.push([text, x - box.actualBoundingBoxLeft, x + box.actualBoundingBoxRight]);
+    write(text, x, y);
+  };
+  const frames = framesOf(600, 240, { x: [0, 2.6], y: [-0.0009, 0.0025], reach: 0.0003 });
+  drawAxes(pen, frames.upper);
+  drawAxes(pen, frames.lower, { rows: 2 });
+  return texts;
+}"""
+"""Labels of a strain's axes on a canvas 600 pixels wide: text, left and right end."""
 
 DROP = """async (text, name) => {
   const given = new DataTransfer();
@@ -69,6 +85,11 @@ def test_curves_of_an_inversion_are_those_of_its_emulator(browser: Browser, loop
     browser.open(explore(loop / "inversion", tmp_path / "page.html"))
     emulator = load_emulator(loop / "inversion" / "emulator.npz")
     held_against(browser, emulator, ["displacement_centre", "displacement_side"])
+
+
+def test_the_page_of_a_campaign_is_called_after_its_case(campaign_page: Path) -> None:
+    """In the campaign's folder the case is a file `case.toml`."""
+    assert "<title>Explore doe: rig</title>" in campaign_page.read_text(encoding="utf-8")
 
 
 def test_the_first_screen_says_what_fits_and_what_is_not_identifiable(browser: Browser, page: Path, loop: Path) -> None:
@@ -231,6 +252,18 @@ def test_the_page_fits_every_window(browser: Browser, page: Path, tmp_path: Path
         paper = np.median(pixels.reshape(-1, 3), axis=0)
         assert (np.abs(pixels - paper).max(axis=-1) > 0.25).mean() > 0.005, "an empty window"
     assert browser.print(tmp_path / "page.pdf").stat().st_size > 10_000
+
+
+def test_labels_of_small_strains_and_of_the_last_instant_stand_whole_on_the_picture(
+    browser: Browser, page: Path
+) -> None:
+    browser.open(page, 1280, 900)
+    own = Path(birdstrike.reports.explore.explore.__file__).parent / "page"
+    parts = "".join((own / script).read_text(encoding="utf-8") for script in SCRIPTS if script != "main.js")
+    found = browser.run(f"(() => {{ {parts} readTheme(); return ({LABELS})(); }})()")
+    ends = {text: (left, right) for text, left, right in found}
+    assert {"−0.0002", "2.6"} <= ends.keys()
+    assert all(left >= 0.0 and right <= 600.0 for left, right in ends.values()), ends
 
 
 def test_a_screen_reader_is_told_of_every_part(browser: Browser, page: Path) -> None:

@@ -58,6 +58,12 @@ def test_a_measured_record_is_called_measured(results: Results) -> None:
     assert "of 0.999 kg at 91.1 m/s (45.5 m/s normal to the plate)" in findings(results)[0]
 
 
+def test_a_record_in_a_file_record_csv_is_named_once(results: Results) -> None:
+    """As `simulate --noise` writes it."""
+    found = findings(replace(results, record=replace(results.record, path="strike/record.csv")))
+    assert "; the record is measured: 12 points" in found[0]
+
+
 def test_the_verified_error_is_the_one_of_the_best_method(results: Results) -> None:
     scores = {CHANNEL: replace(results.answer.channels[CHANNEL], verified_rmse=3.21e-4, verified_relative=0.0567)}
     other = with_answer(results, channels=scores)

@@ -194,6 +194,13 @@ def test_a_second_verify_runs_nothing(tmp_path: Path, monkeypatch: pytest.Monkey
     assert second.spent == {}
 
 
+def test_a_single_pattern_is_no_list_of_letters_and_a_count_of_processes_is_one(tmp_path: Path):
+    found = verify(None, only="return_mapping", workers=1, cache=tmp_path)
+    assert [one.problem.name for one in found.results] == ["return_mapping"]
+    with pytest.raises(UserError, match="--workers = 0 is below 1"):
+        verify(None, only="return_mapping", workers=0, cache=tmp_path / "other")
+
+
 def test_only_adds_a_problem_to_a_page_and_renews_it_and_says_at_which_commit_each_row_was_made(tmp_path: Path):
     """A page of one problem, made by older code; a second joins it, then the first is made anew."""
     out = tmp_path / "page.md"
