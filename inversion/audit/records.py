@@ -40,9 +40,9 @@ class Experiment:
 class Truth:
     """What the truth has, SI.
 
-    draw: the truth that several records share; form: the model that made it; seed: that it was drawn from, None where
-    its file does not say; time: (n,) [s]; curves: role -> sensor ->
-    (n,) without noise; slopes: parameter -> sensor -> (n,) change over the whole of its range.
+    draw: the truth that several records share; form: the model that made it; time: (n,) [s]; curves: role -> sensor ->
+    (n,) without noise; slopes: parameter -> sensor -> (n,) change over the whole of its range; seed: of which it was
+    drawn, None where its file does not say.
     """
 
     kind: str
@@ -84,7 +84,7 @@ def experiment_of(record: Path) -> Experiment:
 def truth_text(truth: Truth, curves: str) -> str:
     """TOML of a truth file; SI; curves: name of the file of noise-free curves."""
     lines = ["schema_version = 2", f'kind = "{truth.kind}"', f'draw = "{truth.draw}"', f'form = "{truth.form}"']
-    lines += [f"seed = {truth.seed}"] * (truth.seed is not None)
+    lines += [] if truth.seed is None else [f"seed = {truth.seed}"]
     lines += [f'what = "{truth.what}"', f'curves = "{curves}"', "\n[effects]"]
     lines += [
         f"{json.dumps(label, ensure_ascii=False)} = {value!r}  # {unit_of(label)}"

@@ -149,10 +149,11 @@ class ModelTester:
     """Evaluates models on one system.
 
     places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior, whose
-    standard deviations `deviations` has, one for all magnitudes of a model. A node
-    is one amplitude of the discrepancy for each kind of sensor, one size of the unnamed errors, and one distance of the
-    birds from each other. The shots' parameters stand in `columns` as their mean and their differences
-    (orthonormal: Helmert), which are independent at every such distance; what `Evidence` has is turned back.
+    standard deviations `deviations` has, one for all magnitudes of a model. A node is one amplitude of the discrepancy
+    for each kind of sensor, one size of the unnamed errors, and one distance of the birds from each other, by which
+    alone nodes differ that lie a multiple of `period` apart. The shots' parameters stand in `columns` as their mean and
+    their differences (orthonormal: Helmert), which are independent at every such distance; what `Evidence` has is
+    turned back.
     """
 
     def __init__(

@@ -37,7 +37,7 @@ def write_comparison_page(
         Section("curves", "The curves", tuple(curves)),
         Section("sources", "What was read", (Lines(tuple(_source(Path(file)) for file in files)), Paragraph(METHOD))),
     )
-    subtitle = f"Case {case}; both sets of curves are simulated."
+    subtitle = f"Case {case}: curves that birdstrike simulates, beside those of {theirs} as its files have them."
     write_atomically(path, rendered(title=f"birdstrike beside {theirs}", subtitle=subtitle, sections=sections))
 
 
