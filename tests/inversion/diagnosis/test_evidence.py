@@ -131,8 +131,7 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     )  # amplitudes of less than a thousandth of the weight are left out
 
 
-@pytest.mark.parametrize("apart", [0.02, 0.1, 1.0])
-def test_evidence_of_two_birds_is_the_marginal_likelihood_at_their_distance(apart: float) -> None:
+def test_evidence_of_two_birds_is_the_marginal_likelihood_at_every_node() -> None:
     """Parameters of two shots with unit variance, 1 - apart^2 of it in common; `joint` holds them at the places."""
     rng, one = np.random.default_rng(3), system(3, np.random.default_rng(5).standard_normal(POINTS) * 3.0)
     J, dz = one.columns[:, one.at["J"]], rng.standard_normal(4)
@@ -142,16 +141,19 @@ def test_evidence_of_two_birds_is_the_marginal_likelihood_at_their_distance(apar
     )
     at = {name: slice(own.start + 2, own.stop + 2) for name, own in one.at.items() if name not in ("y", "J")}
     two = replace(one, columns=columns, at={"y": slice(0, 1), "J": slice(1, 5), **at}, dz=dz, names=("a", "b"))
-    tester = ModelTester(two, known(np.array([0.2])), unnamed=(0.3,), apart=(apart,))
-    shared = np.kron((1.0 - apart**2) * np.ones((2, 2)) + apart**2 * np.eye(2), np.eye(2))
-    rest = covariance(one, 0.2, 0.3) - J @ J.T
+    tester, model = ModelTester(two, known(np.array([0.05, 0.2])), unnamed=(0.1, 0.3)), models()[NONE]
     whole, y = columns[:, 1:5], columns[:, 0]
-    expected = log_density(y + whole @ dz, rest + whole @ shared @ whole.T)
-    model = models()[NONE]
-    constant = 0.5 * POINTS * np.log(2.0 * np.pi)
-    assert tester.at_nodes(model, [])[0] == pytest.approx(expected + constant, abs=1e-6)
-    joint = log_density(y, rest) + log_density(dz, shared)
-    assert tester.joint(model, []) == pytest.approx(joint + constant, abs=1e-6)
+    expected, held = list[float](), list[float]()
+    for a, unnamed, apart in zip(tester.combinations[:, 0], tester.unnamed, tester.apart, strict=True):
+        shared = np.kron((1.0 - apart**2) * np.ones((2, 2)) + apart**2 * np.eye(2), np.eye(2))
+        rest = covariance(one, a, unnamed) - J @ J.T
+        expected.append(log_density(y + whole @ dz, rest + whole @ shared @ whole.T))
+        held.append(log_density(y, rest) + log_density(dz, shared))
+    constant = 0.5 * POINTS * np.log(2.0 * np.pi) - np.log(12)
+    assert tester.at_nodes(model, []) == pytest.approx(np.array(expected) + constant, abs=1e-6)
+    few = np.array([11, 2, 6])
+    assert tester.at_nodes(model, [], few) == pytest.approx(np.array(expected)[few] + constant, abs=1e-6)
+    assert tester.joint(model, []) == pytest.approx(float(np.logaddexp.reduce(held)) + constant, abs=1e-6)
 
 
 def test_amplitudes_that_are_negligible_without_effects_and_with_all_can_be_dropped() -> None:
