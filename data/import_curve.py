@@ -230,9 +230,11 @@ def _refuse_options(options: ImportOptions) -> None:
         )
     if options.decimal not in ("", ",", "."):
         raise MeasuredError(f'--decimal {options.decimal} is no mark of decimals; write --decimal "," or --decimal "."')
-    given = {"--unit": options.units, "--scale": options.scales, "--scale (unit)": options.per}
-    named = {option: set(names) - {"time"} if option == "--unit" else set(names) for option, names in given.items()}
-    named["--sigma"] = set(options.stated)
+    named = {
+        "--unit": {*options.units} - {"time"},
+        "--scale": {*options.scales, *options.per},
+        "--sigma": {*options.stated},
+    }
     wrong = [(option, name) for option, names in named.items() for name in sorted(names - options.sensors.keys())]
     if wrong:
         known = ", ".join(options.sensors)

@@ -556,10 +556,9 @@ class ModelTester:
 
     def _drawn_at(self, evidence: Evidence, node: int, count: int, rng: np.random.Generator) -> Array:
         """(count, r + q + ...) free directions, magnitudes and what is not known of signatures, at one node."""
-        hypothesis, sizes = evidence.hypothesis, evidence.h
-        number, members = np.array([node]), [one.label for one in hypothesis.members]
-        grams = self._grams_of(hypothesis)
-        columns, directions = self._columns(members), self.directions(members, sizes if members else ())
+        hypothesis, number = evidence.hypothesis, np.array([node])
+        members, grams = [one.label for one in hypothesis.members], self._grams_of(hypothesis)
+        columns, directions = self._columns(members), self.directions(members, evidence.h)
         logs, _, _ = self._weighed(hypothesis, number, self.reduced(grams, number, columns, directions), grams)
         gram = grams.at(number, [0, *self.free, *columns[1:], *directions.columns[len(self.free) :]])[0]
         parts, factors = [], self._factors(len(members))
