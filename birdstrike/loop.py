@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.out_folder import fills_out
 from birdstrike.data.paths import resolve_measured
 from birdstrike.data.progress import Display, Progress, no_display
 from birdstrike.stages import Ledger, Stage, digest, inputs_of_diagnosis, run_stages, source_digest
@@ -77,6 +78,7 @@ class LoopPlan:
         return Ledger(self.out / "close_the_loop.json")
 
 
+@fills_out("close-the-loop")
 def close_the_loop(
     case: CaseSource,
     measured: str | Path,

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import secrets
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from birdstrike.data.errors import UserError
 
@@ -76,10 +75,10 @@ def plain(value: Any) -> Any:
     """Numpy numbers and arrays, tuples and paths as JSON knows them; nan and inf as None."""
     if isinstance(value, Mapping):
         return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray | list | tuple | set):
+    if isinstance(value, list | tuple | set):
         return [plain(entry) for entry in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
+    if hasattr(value, "tolist"):  # numpy's, which is not imported for a command that has no array
+        return plain(value.tolist())
     if isinstance(value, float):
-        return value if np.isfinite(value) else None
+        return value if math.isfinite(value) else None
     return str(value) if isinstance(value, Path) else value

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
+from typing import ParamSpec, TypeVar
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
+
+Given = ParamSpec("Given")
+Returned = TypeVar("Returned")
 
 MARK = ".birdstrike.json"
 TELLTALES = {
@@ -55,6 +61,23 @@ def reserved(folder: Path, command: str) -> Iterator[None]:
             _mark(folder, command)
         raise
     _mark(folder, command)
+
+
+def fills_out(command: str) -> Callable[[Callable[Given, Returned]], Callable[Given, Returned]]:
+    """Decorate a function that writes into the folder `out` as `command` does: `reserved` holds while it runs."""
+
+    def decorated(function: Callable[Given, Returned]) -> Callable[Given, Returned]:
+        signature = inspect.signature(function)
+
+        @functools.wraps(function)
+        def run(*args: Given.args, **kwargs: Given.kwargs) -> Returned:
+            out = signature.bind(*args, **kwargs).arguments.get("out")
+            with nullcontext() if out is None else reserved(Path(out), command):
+                return function(*args, **kwargs)
+
+        return run
+
+    return decorated
 
 
 def maker_of(folder: Path) -> str | None:

@@ -15,6 +15,7 @@ from scipy.optimize import least_squares
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
+from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Calibrator
@@ -22,7 +23,6 @@ from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.posterior import sample
-from birdstrike.inversion.formatting import many
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.identifiability.information import bound
 from birdstrike.inversion.misfit import rmse

@@ -22,7 +22,9 @@ from birdstrike.data.curves import (
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
+from birdstrike.data.formatting import many, quantity
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.folder import CampaignFolder
@@ -44,7 +46,6 @@ from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.refinement import AUTO, refine
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
 from birdstrike.inversion.estimation.verification import write_verification
-from birdstrike.inversion.formatting import many, quantity
 from birdstrike.inversion.forward import Forward, StoredSolver
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import TRAINING_FILE, InversionOutcome, invert
@@ -92,6 +93,7 @@ class Extras:
     outputs: str = "bounded"
 
 
+@fills_out("train-and-invert")
 def train_and_invert(
     doe_dir: One | Sequence[One],
     measured: Record | Sequence[Record],

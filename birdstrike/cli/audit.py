@@ -48,11 +48,12 @@ def command(
 
     Example: birdstrike audit --out audit --make 100 --make-forms 100
     """
+    from birdstrike.data.errors import RunFailed
     from birdstrike.data.files import write_atomically
+    from birdstrike.data.formatting import many
     from birdstrike.data.paths import MEASURED
     from birdstrike.inversion.audit.audit import audit
     from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
-    from birdstrike.inversion.formatting import many
     from birdstrike.reports.page.audit import audit_markdown, write_audit_page
 
     options = DiagnosisOptions(alpha, seed, workers, counter=campaign_bar, say=say, check=confirm)
@@ -83,6 +84,11 @@ def command(
     say(f"acceptance criteria missed: {'; '.join(missed) if missed else 'none'}")
     if not content["complete"]:
         say(f"{many(content['records'], 'record')} answered; a table needs {content['wanted']} truths")
+    if not content["records"]:
+        reason = next(iter(content["failed"].values()))
+        raise RunFailed(
+            f"no record has an answer; the first says: {reason}", f"all reasons: failed in {out}/audit.json"
+        )
     return {"out": str(out), "audit": str(out / "audit.json"), "page": str(page), "missed": missed}
 
 
@@ -107,7 +113,7 @@ def typed(
 
 def table(name: str, entry: Mapping[str, Any]) -> Table:
     """Acceptance criteria with their figures."""
-    from birdstrike.inversion.formatting import many
+    from birdstrike.data.formatting import many
 
     heading = f"{name}: {many(entry['curves'], 'truth')}, {many(entry['records'], 'record')}"
     shown = Table(title=heading, title_justify="left")

@@ -5,11 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 from rich.table import Table
 
-from birdstrike.cli.frame import HEARD, Json, Settings, console, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.frame import (
+    HEARD,
+    Json,
+    Settings,
+    console,
+    framed,
+    overrides,
+    progress_bar,
+    refuse_other_picture,
+    say,
+    warn,
+)
 from birdstrike.cli.next_steps import following, set_again
 from birdstrike.data.errors import CaseError, UserError
 
@@ -27,8 +37,8 @@ STATES = {"running": "not finished: running, or stopped midway"}
 
 def check_campaign(path: Path) -> dict[str, Any]:
     """List what the folder holds, changing nothing; raises UserError where there is no campaign."""
+    from birdstrike.data.formatting import listing, many
     from birdstrike.doe.campaign.inventory import inventory
-    from birdstrike.inversion.formatting import listing, many
 
     with progress_bar("reading the runs") as progress:
         found = inventory(path, progress)
@@ -107,7 +117,8 @@ def command(
     case: Annotated[str, typer.Argument(help="A case file, a shipped case's name, or a campaign's folder.")],
     settings: Settings = [],  # noqa: B006 (typer copies it)
     picture: Annotated[
-        Path | None, typer.Option(help="Draw target, supports, sensors, bird and velocity into this .png or .svg file.")
+        Path | None,
+        typer.Option(help="Draw target, supports, sensors, bird and velocity: a .png, .svg or .pdf."),
     ] = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
@@ -117,6 +128,7 @@ def command(
 
     Of a campaign, its runs, damaged files and results of other solver versions: birdstrike check campaign
     """
+    refuse_other_picture(picture)
     if Path(case).is_dir():
         return check_campaign(Path(case))
     from birdstrike.solver.case.case import load_case
@@ -149,6 +161,8 @@ def command(
 
 def _draw_refused(case: str, settings: list[str], picture: Path) -> None:
     """The mesh of a case that is refused, the shells marked that something is said about, where its file has any."""
+    import numpy as np
+
     from birdstrike.reports.figures.target import write_mesh_picture  # late: matplotlib
     from birdstrike.solver.case.case import raw_case
     from birdstrike.solver.target.files.mesh_file import METRES, inspect_mesh

@@ -138,7 +138,7 @@ def _last_lines(closed: Mapping[str, Any], out: Path) -> None:
 
 def diagnosis_lines(answer: Mapping[str, Any]) -> Iterator[str]:
     """The diagnosis in one sentence; the likeliest model, its probability and magnitude; the error before and after."""
-    from birdstrike.inversion.formatting import changes
+    from birdstrike.inversion.labels import changes
 
     yield f"Diagnosis: {answer['sentence'].rstrip('.')}."
     if one := answer.get("likeliest"):

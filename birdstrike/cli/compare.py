@@ -154,7 +154,7 @@ def command(
 
     Curves in CSV: birdstrike compare reference_strike --histories theirs.csv --out compare
     """
-    from birdstrike.inversion.formatting import quantity
+    from birdstrike.data.formatting import quantity
 
     with progress_bar("simulation") as progress:
         answer = compare(

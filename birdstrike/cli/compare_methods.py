@@ -12,6 +12,7 @@ import typer
 from birdstrike.cli.frame import Json, RetryFailed, framed, progress_bar, say
 from birdstrike.data.errors import UserError
 from birdstrike.data.key_labels import key_labels
+from birdstrike.data.out_folder import fills_out
 
 if TYPE_CHECKING:
     from birdstrike.data.dataset import Dataset
@@ -49,6 +50,7 @@ def command(
     return {"out": str(out), "rows": len(rows)}
 
 
+@fills_out("compare-methods")
 def compare_methods(
     doe: str | Path,
     out: str | Path,

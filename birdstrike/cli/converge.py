@@ -13,6 +13,7 @@ from rich.table import Table
 
 from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
 from birdstrike.cli.next_steps import following, set_again
+from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress, silent
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 RATIO, MESHES = 1.3, 3
 
 
+@fills_out("converge")
 def converge(
     case: CaseSource,
     out: str | Path,
@@ -150,7 +152,7 @@ def _announce(meshes: list[Mesh], workers: int) -> None:
 
 
 def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
-    from birdstrike.inversion.formatting import quantity
+    from birdstrike.data.formatting import quantity
     from birdstrike.inversion.mesh_convergence.files import as_json, warnings_of
 
     console.print(_table(name, found))

@@ -177,7 +177,7 @@ def table(found: Diagnosis) -> Table:
 
 def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     """Before and after, pairs, what to do, files."""
-    from birdstrike.inversion.formatting import changes, runs_near_the_fits
+    from birdstrike.inversion.labels import changes, runs_near_the_fits
     from birdstrike.inversion.results.diagnosis import errors
     from birdstrike.inversion.results.diagnosis_text import next_step
 

@@ -12,6 +12,7 @@ import typer
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, say
 from birdstrike.cli.next_steps import following, set_again
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import many
 from birdstrike.data.unit_systems import SYSTEMS, unit_system
 
 if TYPE_CHECKING:
@@ -190,7 +191,7 @@ def command(
     with console.status("writing cards"):
         effects = _write_cards(source, path, to.value, units, case, method.value, overrides(settings), model)
     include = "*INCLUDE" if to == Target.lsdyna else "#include"
-    more = f", with the cards of {effects} {'effect' if effects == 1 else 'effects'}" if effects else ""
+    more = f", with the cards of {many(effects, 'effect')}" if effects else ""
     head = f"Written to {path}, units {units}{more}."
     say(f"{head} Next: {include} it in your model, and read the comments above each card.")
     return {"out": str(path), "units": units, "effects": effects}

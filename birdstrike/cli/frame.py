@@ -9,7 +9,7 @@ import re
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import accumulate
 from pathlib import Path
@@ -21,6 +21,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from birdstrike.data.errors import MachineFailure, RunFailed, UserError
+from birdstrike.data.formatting import listing, many
 
 console = Console(highlight=False, soft_wrap=True)
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -119,8 +120,8 @@ class _Warnings:
         for line in shown:
             self._print(f"warning: {line}", self.waiting[line][1])
         if held:
-            where = " and ".join(dict.fromkeys(held))
-            self._print(f"{len(held)} more {'warning' if len(held) == 1 else 'warnings'} in {where}", held[0])
+            where = listing([*dict.fromkeys(held)])
+            self._print(f"{many(len(held), 'more warning')} in {where}", held[0])
         self.room -= len(shown)
         self.past |= self.waiting.keys()
         self.waiting.clear()
@@ -188,7 +189,7 @@ def framed(command: Callable[..., Mapping[str, Any] | None]) -> Callable[..., No
         as_json = bool(kwargs.get("json"))
         heard = list[str]()
         try:
-            with plain_warnings(heard), _own_folder(command, kwargs.get("out")):
+            with plain_warnings(heard):
                 outcome = command(*args, **kwargs)
         except EXPECTED as error:
             _fail(ending(error), as_json, heard)
@@ -196,14 +197,6 @@ def framed(command: Callable[..., Mapping[str, Any] | None]) -> Callable[..., No
             print_json(with_warnings(outcome or {}, heard))
 
     return run
-
-
-def _own_folder(command: Callable[..., Any], out: Any) -> AbstractContextManager[None]:
-    """Refuses an --out folder that another command made, of the commands that fill a folder."""
-    from birdstrike.data.out_folder import TELLTALES, reserved  # late, because --help has no use for numpy
-
-    name = command.__module__.rpartition(".")[2].replace("_", "-")
-    return reserved(Path(out), name) if out is not None and name in TELLTALES else nullcontext()
 
 
 def with_warnings(outcome: Mapping[str, Any], heard: list[str]) -> Mapping[str, Any]:
@@ -289,6 +282,16 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
     finally:
         if bar.live.is_started:
             bar.stop()
+
+
+PICTURES = (".png", ".svg", ".pdf")
+"""Endings of `--picture`."""
+
+
+def refuse_other_picture(path: str | Path | None) -> None:
+    """Raise UserError for a picture whose ending names no format that can be written."""
+    if path is not None and Path(path).suffix.lower() not in PICTURES:
+        raise UserError(f"--picture {path}: a picture ends in {', '.join(PICTURES)}, which tells its format")
 
 
 MOST_RUNS = 1000

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, framed, say
+from birdstrike.cli.frame import Json, framed, refuse_other_picture, say
 from birdstrike.cli.next_steps import case_here, following
 from birdstrike.data.errors import MeasuredError, UnitError, UserError
 
 if TYPE_CHECKING:
     from birdstrike.data.curves import Measured
 
-PICTURES = (".png", ".pdf", ".svg")
 READ_SO = ("read as gaps", "times of day", "behind the table", "columns of text", "The clock was made")
 """Signs of the provenance's lines on what was read in a way of its own."""
 
@@ -54,8 +53,7 @@ def import_curve(
 
     if Path(out).exists() and Path(path).exists() and Path(out).samefile(path):
         raise UserError(f"--out {out} is the file that is imported, and would be lost; choose another name")
-    if picture is not None and Path(picture).suffix.lower() not in PICTURES:
-        raise UserError(f"--picture {picture}: a picture ends in {', '.join(PICTURES)}, which tells its format")
+    refuse_other_picture(picture)
     options = ImportOptions(
         sensors=sensors,
         time=time,
@@ -175,7 +173,7 @@ def command(
 
 def _remarks(record: Measured) -> Iterator[str]:
     """What was read in a way of its own, and what is odd in the record, before any simulation is paid for."""
-    from birdstrike.inversion.formatting import quantity
+    from birdstrike.data.formatting import quantity
     from birdstrike.inversion.observations.raw import read_raw
 
     yield from (line for line in record.provenance if any(sign in line for sign in READ_SO))

@@ -143,7 +143,7 @@ def rests_on(found: Prediction) -> Iterator[str]:
 
 def table(found: Prediction) -> Table:
     """Largest reading of every sensor."""
-    from birdstrike.inversion.formatting import plain, quantity, span
+    from birdstrike.data.formatting import plain, quantity, span
 
     shown = Table(title="largest reading", title_justify="left")
     for head in ("sensor", "median", "50 %", "95 %"):
@@ -156,7 +156,7 @@ def table(found: Prediction) -> Table:
 
 def closing(found: Prediction, out: Path, page: Path) -> Iterator[str]:
     """Where the width comes from, limits, residual deflection, tearing, what to measure, files."""
-    from birdstrike.inversion.formatting import plain, quantity, span
+    from birdstrike.data.formatting import plain, quantity, span
     from birdstrike.inversion.prediction.answer import limit_words, tearing_words
 
     for name, shares in found.sources.items():

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 from rich.table import Table
 
@@ -52,6 +51,7 @@ def command(
 
     Example: birdstrike simulate reference_strike --out strike --set impact.speed="80 m/s" --fields
     """
+    from birdstrike.data.out_folder import reserved
     from birdstrike.solver.case.case import load_case
     from birdstrike.solver.case.effects import stated
     from birdstrike.solver.sensors.instrument import refuse_noiseless
@@ -61,13 +61,14 @@ def command(
         raise UserError('--fields needs instants: --set time.snapshots=\'["1 ms", "2 ms"]\'')
     if noise is not None:
         refuse_noiseless(loaded.sensors)
-    out.mkdir(parents=True, exist_ok=True)
     for line in stated(loaded):
         say(line)
-    histories = _with_effects(_run(loaded, threads or loaded.solver.threads), loaded)
-    write_simulation(out, histories, loaded if fields else None)
-    if noise is not None:
-        write_record(out / "record.csv", loaded, histories, noise)
+    with reserved(out, "simulate"):
+        out.mkdir(parents=True, exist_ok=True)
+        histories = _with_effects(_run(loaded, threads or loaded.solver.threads), loaded)
+        write_simulation(out, histories, loaded if fields else None)
+        if noise is not None:
+            write_record(out / "record.csv", loaded, histories, noise)
     console.print(_table(loaded, histories))
     warn(_warnings(histories), f"{out / 'summary.json'}")
     more = (", record.csv" if noise is not None else "") + (", fields/" if fields else "")
@@ -122,6 +123,8 @@ def write_simulation(out: Path, histories: Histories, pictured: Case | None = No
 
 def write_record(path: Path, case: Case, histories: Histories, seed: int) -> None:
     """The histories as a record: what the case's sensors would have seen, their noise included and stated."""
+    import numpy as np
+
     from birdstrike.data.curves import Measured, write_measured
     from birdstrike.solver.case.effects import stated
     from birdstrike.solver.sensors.instrument import with_noise

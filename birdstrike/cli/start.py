@@ -136,9 +136,10 @@ def _concerns(key: tuple[str, ...], shot: Shot, text: str) -> bool:
 def _draw(case: Case, path: Path) -> None:
     """The picture of the set-up."""
     from birdstrike.reports.figures.setup import setup_figure
+    from birdstrike.reports.figures.style import write_figure
     from birdstrike.reports.sections.setup import drawn
 
-    setup_figure(drawn(case)).savefig(path, dpi=130, bbox_inches="tight")
+    write_figure(setup_figure(drawn(case)), path)
 
 
 def _announce(begun: Begun, workers: int | None, say: Callable[[str], None]) -> None:
@@ -158,7 +159,7 @@ def _announce(begun: Begun, workers: int | None, say: Callable[[str], None]) -> 
 
 def cost_lines(begun: Begun, workers: int | None) -> Iterator[str]:
     """How many simulations, seconds of each, minutes in all."""
-    from birdstrike.inversion.formatting import many
+    from birdstrike.data.formatting import many
     from birdstrike.questions.cost import minutes, parts
 
     cores = workers or os.cpu_count() or 1
@@ -270,7 +271,7 @@ def _simulated(begun: Begun, say: Callable[[str], None]) -> Histories:
 
 def last_screen(closed: Mapping[str, Any], loop: Path) -> Iterator[str]:
     """What was found, in words of one screen."""
-    from birdstrike.inversion.formatting import many, quantity, span
+    from birdstrike.data.formatting import many, quantity, span
     from birdstrike.inversion.results.inversion import Inversion
     from birdstrike.reports.figures.quantities import parameter_label
 

@@ -239,7 +239,7 @@ def reasons(answer: Answer) -> Iterator[str]:
 
 def _cells(estimate: Estimate, limits: tuple[float, float]) -> tuple[str, str, str]:
     """A parameter that is not identified is shown as its range, never as a number with digits."""
-    from birdstrike.inversion.formatting import quantity, span
+    from birdstrike.data.formatting import quantity, span
 
     interval = span(*estimate.interval_95, estimate.unit) if estimate.interval_95 else "-"
     if not estimate.identified or estimate.value is None:
@@ -255,7 +255,7 @@ def _errors(answer: Answer) -> str:
 
 def _error(channel: str, score: ChannelScore) -> str:
     """One channel's verified error, and what it is without the time origin."""
-    from birdstrike.inversion.formatting import quantity
+    from birdstrike.data.formatting import quantity
 
     if score.verified_rmse is None or score.verified_relative is None:
         return f"{channel} not verified"

@@ -8,13 +8,16 @@ from typing import Any
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import read_json
-from birdstrike.data.units import display
+from birdstrike.data.formatting import span
 from birdstrike.doe.campaign.folder import CampaignFolder, design_rows, refusal_of_other_case, space_json
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.doe.solvers import solver_for
 from birdstrike.solver.case.case import Case
+
+RANGE_DIGITS = 6
+"""Of the ends of a parameter's range, which a user wrote."""
 
 
 def adopted_design(case: Case, doe: str | Path) -> Design:
@@ -60,11 +63,6 @@ def _ranges(space: dict[str, list[Any]]) -> dict[str, str]:
     """Parameter -> its range in words."""
     columns = zip(space["names"], space["units"], space["lows"], space["highs"], space["scales"], strict=True)
     return {
-        name: f"{_text(low, unit)} .. {_text(high, unit)}{'' if scale == 'linear' else ' (logarithmic)'}"
+        name: span(low, high, unit, RANGE_DIGITS) + ("" if scale == "linear" else " (logarithmic)")
         for name, unit, low, high, scale in columns
     }
-
-
-def _text(value: float, unit: str) -> str:
-    number, shown = display(value, unit)
-    return f"{number:.6g} {shown}".strip()

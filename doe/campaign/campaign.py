@@ -10,6 +10,7 @@ from pathlib import Path
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
+from birdstrike.data.out_folder import fills_out
 from birdstrike.data.store import RunStore
 from birdstrike.doe.attempt import Simulate, Solver
 from birdstrike.doe.campaign.folder import CampaignFolder
@@ -33,6 +34,7 @@ NAMED_FAILURES = 5
 """Failed runs that are named one by one; summary.json names all."""
 
 
+@fills_out("run-doe")
 def run_campaign(
     case: Case,
     design: Design,

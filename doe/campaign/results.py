@@ -16,9 +16,9 @@ from birdstrike.data.curves import split_unit
 from birdstrike.data.dataset import SMOOTH_LOSS, Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.files import whole_file, write_json
+from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.out_folder import maker_of
-from birdstrike.data.units import display
 from birdstrike.doe.campaign.folder import CampaignFolder, design_text, file_digest, rows_digest, space_json
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
 from birdstrike.doe.designs.design import Design
@@ -102,14 +102,9 @@ def other_scale(dataset: Dataset) -> dict[int, str]:
         for number, peak in zip(dataset.runs, peaks, strict=True):
             if peak > 0.0 and middle > 0.0 and not 1.0 / OTHER_SCALE < peak / middle < OTHER_SCALE:
                 found[int(number)] = (
-                    f"its largest {name} is {_read(peak, unit)}, the median run's {_read(middle, unit)}"
+                    f"its largest {name} is {quantity(peak, unit)}, the median run's {quantity(middle, unit)}"
                 )
     return found
-
-
-def _read(value: float, unit: str) -> str:
-    number, shown = display(float(value), unit)
-    return f"{number:.3g} {shown}".strip()
 
 
 def inactivity_sentences(design: Design, runs: Sequence[PlannedRun]) -> list[str]:

@@ -15,6 +15,7 @@ from typing import Any
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
+from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress, no_display, silent
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations, uncounted
@@ -33,6 +34,7 @@ CASE = "audit_strike"
 """A coarse case of four sensors: the criteria are stated for one and for four channels."""
 
 
+@fills_out("audit")
 def audit(
     folder: str | Path | None,
     out: str | Path,

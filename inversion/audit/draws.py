@@ -20,7 +20,7 @@ from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT, family_of
 from birdstrike.inversion.diagnosis.instrument import able_sensors, with_faults
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT, OTHER_LATTICE, fits_a_label
-from birdstrike.inversion.formatting import label_parts
+from birdstrike.inversion.labels import label_parts
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.effects.registry import effect_named, effects

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
+from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.draws import CLEAN, OUTSIDE, OWN, PAIR, SINGLE
 from birdstrike.inversion.audit.score import Score
 from birdstrike.inversion.diagnosis.hypotheses import PRIOR_ELSE, PRIOR_NONE, PRIOR_PAIRS
-from birdstrike.inversion.formatting import many
 
 RESAMPLES = 4000
 SEED = 0  # of the bootstraps: the same scores give the same intervals

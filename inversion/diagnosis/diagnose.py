@@ -13,6 +13,8 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.curves import LONGEST, Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.files import write_atomically
+from birdstrike.data.formatting import many, quantity, span
+from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress
 from birdstrike.data.tree import save_tree
 from birdstrike.doe.campaign.run import retry_before
@@ -26,7 +28,6 @@ from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_pla
 from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import NearFits, with_runs
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
-from birdstrike.inversion.formatting import many, quantity, span
 from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, Diagnosis
 from birdstrike.solver.case.case import Case, CaseSource, Parameter, as_case, case_hash
@@ -47,6 +48,7 @@ class NamedRecord:
     record: Measured
 
 
+@fills_out("diagnose")
 def diagnose(
     case: CaseSource | Sequence[CaseSource],
     measured: RecordLike | Sequence[RecordLike],

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import f as fdist
 
+from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import many
 
 LEAST, MOST = 0.002, 0.10
 """Of the peak: range of the amplitude where nobody states it. Two verified codes of one physics hardly agree better

@@ -23,7 +23,7 @@ from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Shot, responses_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
-from birdstrike.inversion.formatting import in_words, label_parts
+from birdstrike.inversion.labels import in_words, label_parts
 from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.solver.sensors.sensor import Sensor
 

@@ -57,7 +57,7 @@ from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
 from birdstrike.inversion.estimation.mesh_correction import shells_of_a_file, unrefined_file
 from birdstrike.inversion.estimation.refinement import AUTO as REFINE_AUTO
-from birdstrike.inversion.formatting import label_parts
+from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.results.diagnosis import (
     AMBIGUOUS,
     ATTRIBUTED,

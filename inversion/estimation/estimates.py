@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from birdstrike.data.dataset import Dataset
+from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.posterior import Posterior
-from birdstrike.inversion.formatting import plain, quantity
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.inversion.results.ingredients import DesignFigures

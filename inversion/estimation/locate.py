@@ -10,6 +10,7 @@ import numpy as np
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import plain, span
 from birdstrike.data.progress import Progress
 from birdstrike.doe.designs.quality import Quality, weakest_quality
 from birdstrike.doe.designs.space import ParameterSpace
@@ -22,7 +23,6 @@ from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.estimation.time_origin import time_origin
 from birdstrike.inversion.estimation.unseen_drift import with_drift
 from birdstrike.inversion.estimation.whitening import widened
-from birdstrike.inversion.formatting import plain, span
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.observations.plausibility import implausible
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive, prior_predictive_warning

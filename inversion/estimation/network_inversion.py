@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from birdstrike.data.dataset import Dataset
+from birdstrike.data.formatting import listing, plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.coordinates import Coordinates
 from birdstrike.inversion.estimation.estimates import NEWS, OUTSIDE, reported
-from birdstrike.inversion.formatting import listing, plain, quantity
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.estimates import Estimate

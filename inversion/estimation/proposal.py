@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from birdstrike.data.dataset import Dataset
+from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import Coordinates
 from birdstrike.inversion.estimation.estimates import COARSE, emulator_estimates, intervals, no_separate_values
 from birdstrike.inversion.estimation.network_inversion import NetworkAnswer, network_estimates
 from birdstrike.inversion.estimation.posterior import Posterior
-from birdstrike.inversion.formatting import plain, quantity
 from birdstrike.inversion.results.estimates import Combination, Estimate
 from birdstrike.inversion.results.ingredients import DesignFigures
 from birdstrike.surrogate.inverse_network import NetworkFit

@@ -12,10 +12,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import block_diag
 
+from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.whitening import Whitening
-from birdstrike.inversion.formatting import plain, quantity
 from birdstrike.inversion.observations.observations import Channel
 from birdstrike.inversion.observations.reader import OUTSIDE
 from birdstrike.inversion.results.fit import ResidualCorrelation

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from birdstrike.data.formatting import plain
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
-from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.results.identifiability import Direction
 
 PART = 0.3  # of a direction: parameters with less in it are not named

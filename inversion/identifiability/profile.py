@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import INDISTINGUISHABLE, Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import Box
 from birdstrike.inversion.estimation.whitening import Whitening
-from birdstrike.inversion.formatting import plain
 
 Fits = tuple[tuple[Mode, Whitening], ...]
 POINTS = 11

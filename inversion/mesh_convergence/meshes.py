@@ -8,8 +8,8 @@ from itertools import pairwise
 from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
+from birdstrike.data.formatting import many
 from birdstrike.doe.external.deck import has_place
-from birdstrike.inversion.formatting import many
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.estimate import estimate
 

@@ -15,11 +15,12 @@ import numpy as np
 from birdstrike.data.curves import Measured, as_list, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
+from birdstrike.data.formatting import listing, many
+from birdstrike.data.out_folder import fills_out
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.external.deck import refuse_missing_in_deck
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
-from birdstrike.inversion.formatting import listing, many
 from birdstrike.inversion.models.campaigns import FitOptions, ModelRuns, ShotSetup, unlike_cases
 from birdstrike.inversion.models.candidates import (
     Candidate,
@@ -55,6 +56,7 @@ Report = Callable[[str, float], None]
 """report(what is done, share of all the work, 0..1)."""
 
 
+@fills_out("calibrate-models")
 def calibrate_models(
     case: CaseSource | Sequence[CaseSource],
     measured: str | Path | Measured | Sequence[str | Path | Measured],

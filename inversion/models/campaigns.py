@@ -16,6 +16,7 @@ import numpy as np
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
+from birdstrike.data.formatting import listing, quantity
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import silent
 from birdstrike.data.store import RunStore
@@ -29,7 +30,6 @@ from birdstrike.inversion.estimation.known_errors import case_nuisances, discrep
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
-from birdstrike.inversion.formatting import listing, quantity
 from birdstrike.inversion.forward import Forward, StoredSolver
 from birdstrike.inversion.models.candidates import PREFIX, Candidate, calibrated_case, literature_case
 from birdstrike.inversion.models.error_terms import NuisanceRuns

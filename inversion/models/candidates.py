@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
-from birdstrike.inversion.formatting import plain, quantity, span
+from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.solver.bird.eos.interface import Sought
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.interface import BirdMaterial, Material

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from birdstrike.data.formatting import listing, plain, quantity, span
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.locate import Located
-from birdstrike.inversion.formatting import listing, plain, quantity, span
 from birdstrike.inversion.invert import InversionOutcome
 from birdstrike.inversion.models.campaigns import ModelRuns
 from birdstrike.inversion.models.candidates import built, modulus_of

@@ -17,6 +17,7 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.curves import write_histories
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.files import write_json
+from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import silent
 from birdstrike.inversion.diagnosis.discrepancy import LEAST
@@ -24,7 +25,6 @@ from birdstrike.inversion.estimation.known_errors import case_nuisances
 from birdstrike.inversion.estimation.locate import Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, own_origin, suffix
-from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.forward import StoredSolver
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import InversionOutcome, invert

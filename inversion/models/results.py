@@ -16,8 +16,8 @@ from birdstrike.data.display import Displayed
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import plain as plain_json
 from birdstrike.data.files import read_json, write_atomically, write_json
-from birdstrike.inversion.formatting import provenance
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
+from birdstrike.inversion.labels import provenance
 from birdstrike.inversion.results.estimates import Estimate
 
 SCHEMA_VERSION = 1

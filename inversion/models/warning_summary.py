@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from birdstrike.inversion.formatting import listing, many
+from birdstrike.data.formatting import listing, many
 from birdstrike.inversion.models.ranking import misses
 
 MOST_NAMED = 3  # channels

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import plain, quantity
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 CLEAR = 4.0  # standard deviations from which a term is there

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, median_abs_deviation
 from scipy.stats import f as f_distribution
 
+from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import plain, quantity
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.baseline import Baseline, baseline_of, hum_of, terms
 from birdstrike.inversion.observations.high_frequency import ROUNDED, digitiser_step

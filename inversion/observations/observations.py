@@ -10,8 +10,8 @@ from scipy.linalg import block_diag
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
+from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord, Expected, read_record
 
 

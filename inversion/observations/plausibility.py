@@ -12,9 +12,9 @@ from itertools import combinations
 import numpy as np
 
 from birdstrike.data.dataset import Dataset
+from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.data.units import rounded
-from birdstrike.inversion.formatting import plain, quantity
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Channel, Observations
 from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from birdstrike.data.dataset import Dataset
+from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import plain, quantity
 from birdstrike.inversion.misfit import rms, rmse
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.fit import PriorPredictive

@@ -9,8 +9,8 @@ import numpy as np
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
+from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.observations.noise import FEWEST_FOR_LEVEL, FEWEST_FOR_TEST
 from birdstrike.inversion.observations.reader import ChannelRecord, Expected, read_record
 

@@ -16,8 +16,8 @@ import numpy as np
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
+from birdstrike.data.formatting import many, plain, quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import many, plain, quantity
 from birdstrike.inversion.observations.baseline import Baseline
 from birdstrike.inversion.observations.high_frequency import white_scatter
 from birdstrike.inversion.observations.noise import BeforeContact, Noise, Stated, channel_noise, with_digitiser

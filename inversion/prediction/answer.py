@@ -14,8 +14,8 @@ from scipy.stats import beta
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.files import write_atomically, write_json
+from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import plain, quantity, span
 from birdstrike.inversion.prediction.distance import Reach
 
 if TYPE_CHECKING:

@@ -14,8 +14,9 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from birdstrike.data.formatting import listing, plain, quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import in_words, listing, plain, quantity
+from birdstrike.inversion.labels import in_words
 from birdstrike.inversion.prediction.curves import PARTS, SensorDraws, largest
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.sample import EFFECT

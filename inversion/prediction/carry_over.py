@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import quantity
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT
-from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.prediction.distance import other_rig
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt
 from birdstrike.solver.case.case import Case

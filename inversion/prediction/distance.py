@@ -18,10 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.diagnosis.discrepancy import matern52
-from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.prediction.learnt import Learnt, LearntShot
 from birdstrike.solver.case.case import Case
 

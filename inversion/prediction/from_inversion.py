@@ -13,12 +13,12 @@ from pydantic import ValidationError
 from scipy.stats import truncnorm
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.estimation.coordinates import UNIFORM_SD
 from birdstrike.inversion.estimation.shots import suffix
-from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.prediction.learnt import (
     Explanation,
     Learnt,

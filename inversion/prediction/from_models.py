@@ -11,9 +11,9 @@ import pandas as pd
 
 from birdstrike.data.curves import read_histories, read_measured
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import listing
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
-from birdstrike.inversion.formatting import listing
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.models.ranking import misses
 from birdstrike.inversion.models.results import COMPARISON, read_comparison

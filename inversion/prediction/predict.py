@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from birdstrike.data.errors import UnitError, UserError
-from birdstrike.data.out_folder import model_of
+from birdstrike.data.out_folder import fills_out, model_of
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.units import to_si
 from birdstrike.doe.campaign.run import retry_before
@@ -70,6 +70,7 @@ class PredictOptions:
     progress: Progress = silent
 
 
+@fills_out("predict")
 def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: PredictOptions | None = None) -> Prediction:
     """Predict the readings of another shot from what a results folder holds; write prediction.json and prediction.csv.
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from birdstrike.data.units import display, rounded
-from birdstrike.inversion.formatting import in_words, label_parts
+from birdstrike.inversion.labels import in_words, label_parts
 from birdstrike.inversion.results.diagnosis import (
     ATTRIBUTED,
     LEAST_SHARE,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from birdstrike.inversion.formatting import plain
+from birdstrike.data.formatting import plain
 
 
 @dataclass(frozen=True)

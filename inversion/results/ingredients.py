@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import many
 
 
 @dataclass(frozen=True)

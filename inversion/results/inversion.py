@@ -12,7 +12,7 @@ from pydantic import Field, TypeAdapter
 
 from birdstrike.data.display import Displayed, own_axes
 from birdstrike.data.files import write_atomically
-from birdstrike.inversion.formatting import plain, quantity, span
+from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.inversion.results.estimates import Answer, ends_95
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.identifiability import IdentifiabilityFigures, PosteriorFigures

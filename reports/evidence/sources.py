@@ -12,10 +12,10 @@ from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import read_json
+from birdstrike.data.formatting import many
 from birdstrike.data.out_folder import maker_of
 from birdstrike.data.paths import resolve_measured
 from birdstrike.doe.campaign.folder import CampaignFolder
-from birdstrike.inversion.formatting import many
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import OPTIONS_FILE

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from birdstrike.data.files import read_json
+from birdstrike.data.formatting import quantity, span
 from birdstrike.doe.solvers import simulated_by
-from birdstrike.inversion.formatting import flight, quantity, span
+from birdstrike.inversion.labels import flight
 from birdstrike.reports.evidence.sources import Sources, repeat_line
 from birdstrike.reports.evidence.verification_rows import Aspect
 from birdstrike.solver.case.case import Case, case_hash

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.histories import Array
 from birdstrike.data.units import DISPLAY, from_si
-from birdstrike.inversion.formatting import plain, quantity, span
 from birdstrike.reports.figures.quantities import symbol
 from birdstrike.solver.case.effects import SHOWN
 

@@ -9,8 +9,9 @@ from pathlib import Path
 
 from birdstrike.data.decks.sensors import DeckSensor, DeckSensors, read_deck_sensors, sensors_file
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import quantity
 from birdstrike.data.unit_systems import UnitSystem
-from birdstrike.inversion.formatting import flight, quantity
+from birdstrike.inversion.labels import flight
 from birdstrike.reports.export.lsdyna_deck import write_lsdyna_deck
 from birdstrike.reports.export.model import StrikeModel, strike_model
 from birdstrike.reports.export.numbering import Numbering

@@ -11,9 +11,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import quantity, span
 from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.estimation.verification import error_words
-from birdstrike.inversion.formatting import flight, provenance_of, quantity, span
+from birdstrike.inversion.labels import flight, provenance_of
 from birdstrike.inversion.models.results import COMPARISON, read_comparison
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.estimates import Answer, Estimate

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from birdstrike.data.units import display, to_display
-from birdstrike.inversion.formatting import in_words
+from birdstrike.inversion.labels import in_words
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.reports.figures.style import (
     BLACK,

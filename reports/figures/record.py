@@ -11,11 +11,23 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from birdstrike.data.curves import Measured
+from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.observations.reader import BESIDE, CLIPPED, FROZEN, OUTLIER, OUTSIDE, ChannelRecord
 from birdstrike.reports.figures.quantities import labelled, milliseconds, shown
-from birdstrike.reports.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, WIDE, styled
+from birdstrike.reports.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    WIDE,
+    styled,
+    write_figure,
+)
 
 COLOURS = {OUTSIDE: GREY, CLIPPED: VERMILION, BESIDE: ORANGE, FROZEN: PURPLE, OUTLIER: GREEN}
 SIGMAS = 2.0
@@ -63,10 +75,8 @@ def record_figure(channels: Sequence[DrawnChannel]) -> Figure:
 
 
 def draw_record(measured: Measured, channels: Iterable[ChannelRecord], path: Path) -> None:
-    """The figure as a file, PNG unless its name says otherwise."""
-    figure = record_figure([DrawnChannel.of(measured, channel) for channel in channels])
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, format=path.suffix.lstrip(".") or "png", dpi=120)
+    """The figure as a PNG, SVG or PDF file; raises as `write_figure` does."""
+    write_figure(record_figure([DrawnChannel.of(measured, channel) for channel in channels]), path)
 
 
 def _draw(axes: Axes, channel: DrawnChannel) -> None:

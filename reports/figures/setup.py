@@ -47,7 +47,7 @@ def setup_figure(setup: SetUp) -> Figure:
     reach = min(outline[:, 0].min(), -setup.length / 2) - 0.03, setup.length / 2 + 0.15
     across = setup.width + 0.09
     scale = (_WIDTH - 0.7) / (reach[1] - reach[0])
-    figure = Figure(figsize=(_WIDTH, scale * (height + 0.045 + across) + 1.0), layout="constrained")
+    figure = Figure(figsize=(_WIDTH, scale * (height + 0.045 + across) + 1.0), layout="compressed")
     front, top = figure.subplots(2, 1, sharex=True, height_ratios=(height + 0.045, across))
     _front(front, setup, outline, height)
     _top(top, setup, outline)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import wraps
 from io import BytesIO, StringIO
+from pathlib import Path
 from typing import Any, ParamSpec
 
 import matplotlib as mpl
@@ -14,6 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+
+from birdstrike.data.files import whole_file
 
 P = ParamSpec("P")
 
@@ -98,6 +101,14 @@ def png(figure: Figure, dots_per_inch: int = 160) -> bytes:
         _lay_out(figure, dots_per_inch)
         canvas.print_png(buffer, metadata={"Software": None})
     return buffer.getvalue()
+
+
+def write_figure(figure: Figure, path: Path) -> None:
+    """The figure as a PNG, SVG or PDF file, by the ending of its name; raises OSError, KeyError for another ending."""
+    kind = path.suffix.lower().lstrip(".")
+    unnamed = {"png": "Software", "svg": "Date", "pdf": "CreationDate"}[kind]  # the same figure, the same bytes
+    with _rules(), whole_file(path) as temporary:
+        figure.savefig(temporary, format=kind, dpi=160, metadata={unnamed: None})
 
 
 def _lay_out(figure: Figure, dots_per_inch: float) -> None:

@@ -16,7 +16,6 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, KDTree
 
-from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.figures.style import (
@@ -28,9 +27,8 @@ from birdstrike.reports.figures.style import (
     PURPLE,
     SKY,
     VERMILION,
-    inline_svg,
-    png,
     styled,
+    write_figure,
 )
 from birdstrike.solver.build import aimed_at, build_plate, direction_of, flight_to_panel, surface_in_flight
 from birdstrike.solver.case.case import Case
@@ -283,30 +281,13 @@ def _compass(axes: Axes, look: Array) -> None:
         axes.text(corner[0] + 1.35 * size * tip[0], corner[1] + 1.35 * size * tip[1], name, transform=axes.transAxes)
 
 
-ENDINGS = (".png", ".svg")
-"""Of the files that a picture can be written to."""
-
-
 def write_picture(case: Case, path: Path) -> None:
-    """The case's target as a PNG or an SVG file, by the ending of its name; raises UserError for another ending."""
-    _write(target_figure(drawn_target(case)), path)
+    """The case's target as a PNG, SVG or PDF file; raises as `write_figure` does."""
+    write_figure(target_figure(drawn_target(case)), path)
 
 
 def write_mesh_picture(mesh: PartMesh, shells: NDArray[np.int64], path: Path) -> None:
-    """A mesh alone, with some shells (k,) marked; raises UserError as `write_picture` does."""
+    """A mesh alone, with some shells (k,) marked; raises as `write_figure` does."""
     nothing = np.empty((0, 3))
     where = (mesh.nodes, mesh.quads, mesh.part, mesh.parts, {}, nothing, {})
-    _write(target_figure(DrawnTarget(*where, nothing, np.zeros(3), np.zeros(3), 0.0, shells)), path)
-
-
-def _write(figure: Figure, path: Path) -> None:
-    """A figure as a PNG or an SVG file; raises UserError for another ending, or a file that cannot be written."""
-    if path.suffix.lower() not in ENDINGS:
-        raise UserError(
-            f"--picture {path}: a picture is a PNG or an SVG file; name it {path.stem}.png or {path.stem}.svg"
-        )
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(png(figure) if path.suffix.lower() == ".png" else inline_svg(figure, "target").encode())
-    except OSError as error:
-        raise UserError(f"--picture {path} cannot be written: {error}") from error
+    write_figure(target_figure(DrawnTarget(*where, nothing, np.zeros(3), np.zeros(3), 0.0, shells)), path)

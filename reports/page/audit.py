@@ -8,9 +8,9 @@ from typing import Any
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import read_json, write_atomically
+from birdstrike.data.formatting import many
 from birdstrike.inversion.audit.draws import PARTICLES, SHELLS, SHELLS_OF_FORM, name_of
 from birdstrike.inversion.audit.tables import NEAR, criteria
-from birdstrike.inversion.formatting import many
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
 from birdstrike.reports.figures.audit import confusion_figure, reliability_figure
 from birdstrike.reports.page.render import rendered

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from birdstrike.data.files import write_atomically
-from birdstrike.inversion.formatting import quantity
+from birdstrike.data.formatting import many, quantity
 from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.comparison.other_code import CurvePair
 from birdstrike.reports.figures.other_code import two_codes_figure
@@ -61,7 +61,7 @@ def _sentence(pairs: Sequence[CurvePair], theirs: str) -> str:
     worst = max(scored, key=lambda pair: pair.score.share if pair.score else 0.0)
     assert worst.score is not None
     return (
-        f"{len(pairs)} {'sensor' if len(pairs) == 1 else 'sensors'} of the case in both codes. The largest difference "
+        f"{many(len(pairs), 'sensor')} of the case in both codes. The largest difference "
         f"is that of {worst.name.replace('_', ' ')}: {100.0 * worst.score.share:.2g} % of its peak (RMS)."
     )
 

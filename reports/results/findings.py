@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from birdstrike.inversion.formatting import listing
+from birdstrike.data.formatting import listing
 from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
 from birdstrike.reports.results.measurement import RecordPosition, named, origin, peak, record_position, residual
 from birdstrike.reports.results.results import CampaignResults, InversionResults, Results, RunSummary

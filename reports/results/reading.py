@@ -13,11 +13,11 @@ from pydantic import ValidationError
 from birdstrike.data.curves import Measured, read_histories
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import read_json
+from birdstrike.data.formatting import listing
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore
 from birdstrike.data.units import display
 from birdstrike.doe.campaign.results import load_dataset
-from birdstrike.inversion.formatting import listing
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.ingredients import ShotFigures
 from birdstrike.inversion.results.inversion import Inversion

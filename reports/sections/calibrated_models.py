@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from birdstrike.data.curves import Measured
+from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.histories import Histories
-from birdstrike.inversion.formatting import plain, quantity, span
 from birdstrike.inversion.misfit import rms
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.calibrated_models import curves_figure, heldout_figure

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from birdstrike.inversion.formatting import many
+from birdstrike.data.formatting import many
 from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.figures.quantities import significant
 from birdstrike.reports.results.findings import NO_BALANCE, largest, percent

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.reader import OUTSIDE
 from birdstrike.reports.blocks import Picture, Section, drawing
@@ -54,9 +55,7 @@ def _caption(results: Results, drawn: DrawnChannel) -> str:
     parts = [f"{words(drawn.name).capitalize()}: {measured.points[drawn.name]} points are used."]
     for reason, times in drawn.cuts.items():
         span = f"{quantity(float(times[0]), 's')} .. {quantity(float(times[-1]), 's')}"
-        parts.append(
-            f"{len(times)} {'point' if len(times) == 1 else 'points'} left out, {reason.rstrip(',')} ({span})."
-        )
+        parts.append(f"{many(len(times), 'point')} left out, {reason.rstrip(',')} ({span}).")
     if (rest := measured.at_rest.get(drawn.name)) is not None:
         low, high = rest.interval_95
         parts.append(

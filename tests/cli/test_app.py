@@ -15,7 +15,7 @@ import birdstrike
 from birdstrike.cli.app import COMMANDS, app, main, module_of
 
 ROOT = Path(__file__).resolve().parents[2]
-HEAVY = ("torch", "matplotlib", "numba", "scipy", "sklearn", "pandas", "pint", "h5py")
+HEAVY = ("numpy", "torch", "matplotlib", "numba", "scipy", "sklearn", "pandas", "pint", "h5py")
 
 
 def in_python(program: str, cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:

@@ -285,5 +285,5 @@ def test_a_picture_of_an_unknown_format_is_refused_before_the_record_is_written(
     source, out = export(tmp_path / "a.csv"), tmp_path / "o.csv"
     found = invoke(source, "--sensor", f"{CENTRE}=Disp Z", "--out", out, "--picture", tmp_path / name)
     assert found.exit_code == 1
-    assert "a picture ends in .png, .pdf, .svg" in " ".join(found.output.split())
+    assert "a picture ends in .png, .svg, .pdf" in " ".join(found.output.split())
     assert not out.exists()

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+import birdstrike
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import reserved
@@ -50,6 +52,34 @@ def test_no_command_writes_into_a_campaign(command: str, tmp_path: Path, monkeyp
     assert found.exit_code == 1, found.output
     assert f"campaign was made by birdstrike run-doe; the output of {command} does not go into it" in found.stderr
     assert content(Path("campaign")) == before
+
+
+@pytest.mark.parametrize(
+    ("command", "call"),
+    [
+        ("train-and-invert", lambda: birdstrike.train_and_invert("campaign", "record.csv", "campaign")),
+        ("close-the-loop", lambda: birdstrike.close_the_loop("demo", "record.csv", out="campaign")),
+        ("converge", lambda: birdstrike.converge("demo", "campaign")),
+    ],
+)
+def test_no_function_writes_into_a_campaign(
+    command: str, call: Callable[[], object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From Python an inversion or a loop into a campaign's folder wrote over its summary.json and case."""
+    monkeypatch.chdir(tmp_path)
+    Path("record.csv").write_text(RECORD)
+    campaign(Path("campaign"))
+    before = content(Path("campaign"))
+    with pytest.raises(UserError, match=f"campaign was made by birdstrike run-doe; the output of {command} does not"):
+        call()
+    assert content(Path("campaign")) == before
+
+
+def test_no_campaign_is_written_by_python_into_another_command_s_folder(tmp_path: Path) -> None:
+    (tmp_path / "diagnosis.json").write_text("{}")
+    with pytest.raises(UserError, match="was made by birdstrike diagnose; the output of run-doe does not"):
+        campaign(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["diagnosis.json"]
 
 
 @pytest.mark.parametrize("command", COMMANDS)

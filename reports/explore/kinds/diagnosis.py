@@ -12,7 +12,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.tree import load_tree
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.diagnosis.model_file import FILE
-from birdstrike.inversion.formatting import label_parts
+from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis, EffectFigures, ShotStates
 from birdstrike.reports.explore.kinds.kind import Kind

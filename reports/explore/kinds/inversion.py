@@ -11,8 +11,8 @@ import pandas as pd
 from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.results.estimates import Answer, Estimate
 from birdstrike.inversion.results.fit import TimeOrigin
 from birdstrike.inversion.results.inversion import Inversion

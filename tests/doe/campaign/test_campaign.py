@@ -74,7 +74,7 @@ def test_the_folder_holds_design_curves_case_and_summary(tmp_path: Path) -> None
     assert summary["solver_version"] == VERSION
     assert summary["case_hash"] == case_hash(reference())
     assert {path.name for path in tmp_path.iterdir()} == {
-        "case.json", "case.toml", "curves.csv", "design.csv", "runs", "summary.json",
+        ".birdstrike.json", "case.json", "case.toml", "curves.csv", "design.csv", "runs", "summary.json",
     }  # fmt: skip
 
 

@@ -16,11 +16,11 @@ from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
 from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.formatting import many
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.inventory import inventory
 from birdstrike.doe.campaign.run import Finished, retry_before
-from birdstrike.inversion.formatting import many
 from birdstrike.solver.version import SOLVER_VERSION
 from tests.doe.campaign.test_campaign import HIGHEST, campaign, snapshot
 from tests.doe.stand_in import attempts, design, reference, strike

@@ -89,7 +89,8 @@ def test_a_record_that_cannot_be_diagnosed_is_counted_apart_and_tried_again_when
     out = bench.folder / "other"
     words = ["audit", "--experiments", str(alone), "--out", str(out)]
     found = CliRunner().invoke(app, words)
-    assert found.exit_code == 0, found.output
+    assert found.exit_code == 2, found.output
+    assert "no record has an answer; the first says: " in found.stderr
     content = json.loads((out / "audit.json").read_text(encoding="utf-8"))
     assert content["records"] == 0
     assert "no_such_sensor" in content["failed"]["truth_000_1"]

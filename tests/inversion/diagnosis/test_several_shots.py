@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from birdstrike.data.curves import LONGEST, Measured, shot_names
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import quantity
 from birdstrike.inversion.diagnosis.before_and_after import other_record
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, curve_files, described, diagnose, matched
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
@@ -23,7 +24,6 @@ from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Record, Shot
 from birdstrike.inversion.diagnosis.solver_update import _on
 from birdstrike.inversion.diagnosis.system import Linearisation, Nearness, Places, _changed, _numerical, _trends
-from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NO_RESIDUAL, Diagnosis, errors
 from birdstrike.inversion.results.diagnosis_text import _errors

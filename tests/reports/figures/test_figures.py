@@ -11,7 +11,6 @@ import matplotlib.image as images
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from birdstrike.reports.comparison.end_state import impulse
@@ -137,8 +136,8 @@ every_figure = pytest.mark.parametrize("draw", FIGURES.values(), ids=FIGURES.key
 
 
 def laid_out(figure: Figure) -> Figure:
-    """The figure after its layout has been worked out."""
-    FigureCanvasAgg(figure).draw()
+    """The figure after its layout has been worked out, as a page does it."""
+    png(figure)
     return figure
 
 
@@ -174,6 +173,13 @@ def test_text_stays_inside_the_figure(draw: Callable[[], Figure]) -> None:
     figure = laid_out(draw())
     for legend in figure.legends:
         assert legend.get_window_extent().x1 <= figure.bbox.x1 + 1
+
+
+def test_the_set_up_s_labels_are_whole_whatever_its_proportions() -> None:
+    """ "y [mm]" was cut at the page's left edge where the bird starts close to the plate."""
+    for standoff in (1e-3, 7.7e-3, 0.1):
+        figure = laid_out(setup_figure(SetUp(**{**vars(SETUP), "standoff": standoff})))
+        assert min(axes.yaxis.label.get_window_extent().x0 for axes in figure.axes) >= 0
 
 
 def test_simulated_curves_and_records_say_so_in_the_legend() -> None:

@@ -67,10 +67,11 @@ def test_check_writes_the_picture(case: str, tmp_path: Path):
     coarse = ["--set", "bird.particles=200"]
     if case != "reference_strike":
         coarse += ["--set", "target.generator.element_size=50 mm"]
-    for name, start in (("shot.png", b"\x89PNG"), ("shot.svg", b"<svg")):
+    for name, start in (("shot.png", b"\x89PNG"), ("shot.svg", b"<?xml"), ("shot.pdf", b"%PDF")):
         done = CliRunner().invoke(app, ["check", case, *coarse, "--picture", str(tmp_path / name)])
         assert done.exit_code == 0, done.output
         assert (tmp_path / name).read_bytes().startswith(start)
     wrong = CliRunner().invoke(app, ["check", case, *coarse, "--picture", str(tmp_path / "shot.jpg")])
     assert wrong.exit_code != 0
-    assert "name it shot.png or shot.svg" in wrong.output
+    assert "a picture ends in .png, .svg, .pdf" in " ".join(wrong.output.split())
+    assert "No errors" not in wrong.output

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from birdstrike.inversion.formatting import listing, span
+from birdstrike.data.formatting import listing, span
 
 
 def test_an_interval_has_as_many_digits_as_its_ends_need() -> None:

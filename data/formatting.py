@@ -1,0 +1,47 @@
+"""Numbers and names in the user's words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from birdstrike.data.key_labels import key_labels
+from birdstrike.data.units import display, rounded
+
+
+def quantity(value: float, si_unit: str, digits: int = 3) -> str:
+    """An SI value in the engineers' unit: quantity(5e-5, "m") is "0.05 mm"."""
+    number, unit = display(value, si_unit)
+    return f"{rounded(number, digits)} {unit}".rstrip()
+
+
+DIGITS = 12
+"""Most significant digits of an interval's ends."""
+
+
+def span(low: float, high: float, si_unit: str, digits: int = 3) -> str:
+    """Two SI values with their unit once: "555 .. 643 Pa s"; with more digits where the ends would look alike."""
+    start, end = display(low, si_unit)[0], display(high, si_unit)[0]
+    while start != end and digits < DIGITS and rounded(start, digits) == rounded(end, digits):
+        digits += 1
+    return f"{rounded(start, digits)} .. {quantity(high, si_unit, digits)}"
+
+
+def many(count: int, what: str) -> str:
+    """ "1 record", "3 records"."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
+def listing(parts: Sequence[str], most: int | None = None) -> str:
+    """ "a, b and c"; of more than `most` the rest as a number: "a, b and 4 more"."""
+    shown = list(parts[:most])
+    rest = len(parts) - len(shown)
+    last = [f"{rest} more"] if rest else shown[-1:]
+    return " and ".join(filter(None, (", ".join(shown if rest else shown[:-1]), *last)))
+
+
+def plain(name: str, among: Iterable[str] = ()) -> str:
+    """A dotted key or a sensor's name as words: "bird.material.viscosity" is "viscosity".
+
+    among: the other keys in question, from which parents tell it ("left thickness", "right thickness").
+    """
+    return key_labels((name, *among))[name].replace("_", " ")
