@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from birdstrike.data.errors import CaseError, RunFailed
@@ -44,6 +44,11 @@ class PlannedRun:
         keys = {factor: run_key(canonical, solver.version, factor) for factor in solver.step_factors}
         inactive = tuple(f"bird.material.{name}" for name in case.bird.material.inactive)
         return cls(number, values, keys, solver.version, inactive=inactive)
+
+    @classmethod
+    def alone(cls, number: int, case: Case, solver: Solver) -> PlannedRun:
+        """The run of a case of its own, whatever the case of the runs beside it."""
+        return replace(cls.of(number, {}, case, solver), case=case)
 
 
 @dataclass(frozen=True)

@@ -100,4 +100,4 @@ class Simulations:
 def _planned(number: int, case: Case) -> PlannedRun:
     """A case by its effects' keys: workers know the library of effects, but no effect of the user's own."""
     plain = case.resolved()
-    return replace(PlannedRun.of(number, {}, plain, solver_for(plain, simulate)), case=plain)
+    return PlannedRun.alone(number, plain, solver_for(plain, simulate))

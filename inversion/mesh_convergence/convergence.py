@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -70,7 +70,7 @@ def run_meshes(
     """
     solver = solver_for(meshes[0].case, simulate)
     order = sorted(range(len(meshes)), key=lambda i: -meshes[i].cost)
-    runs = [replace(PlannedRun.of(i, {}, meshes[i].case, solver), case=meshes[i].case) for i in order]
+    runs = [PlannedRun.alone(i, meshes[i].case, solver) for i in order]
     total = sum(mesh.cost for mesh in meshes)
 
     def show(_: RunCounts) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import ExitStack
-from dataclasses import replace
 from typing import Any
 
 from birdstrike.data.store import RunStore
@@ -45,8 +44,7 @@ def simulate_all(
         return
     solvers = [solver_for(case, forward.simulate) for case, _ in jobs]
     placed = [case.with_values(values) if values else case for case, values in jobs]
-    planned = [PlannedRun.of(i, {}, case, solvers[i]) for i, case in enumerate(placed)]
-    planned = [replace(run, case=case) for run, case in zip(planned, placed, strict=True)]
+    planned = [PlannedRun.alone(i, case, solvers[i]) for i, case in enumerate(placed)]
     runner = Runner(store, planned, lambda _: None, retry)
     if runner.due:
         runner.run(pool, solvers[0].simulate, placed[0], pool.workers)

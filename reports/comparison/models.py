@@ -56,13 +56,13 @@ def run_models(results: Results, progress: Progress | None = None) -> Results:
 def _outcomes(cases: Mapping[str, Case], store: RunStore, progress: Progress) -> dict[str, Finished | Failed]:
     """What became of each model's simulation; those that are due run in processes of their own."""
     # The longest first: the standard birds, whose kernels may have to be compiled.
-    planned = [PlannedRun.of(i, {}, case, solver_for(case, forward.simulate)) for i, case in enumerate(cases.values())]
-    planned = [replace(run, case=case) for run, case in zip(planned, cases.values(), strict=True)]
+    solvers = [solver_for(case, forward.simulate) for case in cases.values()]
+    planned = [PlannedRun.alone(i, case, solvers[i]) for i, case in enumerate(cases.values())]
     runner = Runner(store, planned, lambda counts: progress(counts.done))
     if runner.due:
         workers, case = min(worker_count(None), len(runner.due)), next(iter(cases.values()))
         with process_pool(workers) as pool:
-            runner.run(pool, solver_for(case, forward.simulate).simulate, case, workers)
+            runner.run(pool, solvers[0].simulate, case, workers)
     return {key: runner.outcomes[i] for i, key in enumerate(cases)}
 
 
