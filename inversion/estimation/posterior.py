@@ -175,11 +175,12 @@ def _posterior(density: Likelihood, mode: Mode, chains: list[_Chain], free: NDAr
 def _agreement(ensembles: Array) -> tuple[Array, Array]:
     """R-hat and bulk effective sample size of every coordinate of (ensembles, walkers, draws, coordinates).
 
-    R-hat compares ensembles and the halves of each (walkers of one are no independent chains); the effective size
-    counts each walker's autocorrelation.
+    R-hat compares ensembles and the earlier and later half of each (walkers of one are no independent chains); the
+    effective size counts each walker's autocorrelation.
     """
     many, walkers, draws, free = ensembles.shape
-    apart, chains = ensembles.reshape(many, walkers * draws, free), ensembles.reshape(many * walkers, draws, free)
+    apart = ensembles.transpose(0, 2, 1, 3).reshape(many, draws * walkers, free)  # in the order of the steps
+    chains = ensembles.reshape(many * walkers, draws, free)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # arviz announces its next version on import
         import arviz  # takes seconds to load, so only who samples waits for it

@@ -25,7 +25,7 @@ LOST = 1e10  # variance in units of the noise's beside which that of 1 has six d
 MANY = 200  # columns, beyond which the products of all pairs are quicker than singular values
 FELT = 1e-6  # in variances of the noise: what lies along a direction below changes by less than a millionth
 REJECT = 1e-3
-# White noise passes either limit about once in a thousand records of 20 to 2000 points (10 000 drawn of each length).
+# White noise passes either limit in 0.5 to 2 of a thousand records of 20 to 2000 points (10 000 drawn of each length).
 LAGS, LAGS_LIMIT = 3, 6.0
 TAU_LIMIT = 75.0
 

@@ -14,7 +14,7 @@ from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.estimates import intervals
 from birdstrike.inversion.estimation.likelihood import Likelihood
-from birdstrike.inversion.estimation.posterior import Sampling, sample
+from birdstrike.inversion.estimation.posterior import CONVERGED_RHAT, Sampling, _agreement, sample
 from birdstrike.inversion.identifiability.summary import posterior_figures
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.surrogate.emulator import Emulator
@@ -110,3 +110,10 @@ def test_the_stated_variance_has_student_s_inflation() -> None:
     fitted = GaussianProcess.fit(u, np.sin(3.0 * u[:, 0]), seed=0)
     process = replace(fitted, missed=replace(fitted.missed, squares=np.ones(25), locality=0.0))
     assert process.variance(u[:1]) == pytest.approx([student_inflation(25.0)], rel=1e-6)
+
+
+def test_chains_that_still_drift_do_not_agree() -> None:
+    """All walkers of all ensembles drift by one standard deviation: split R-hat compares halves in time."""
+    settled = np.random.default_rng(0).normal(size=(2, 48, 75, 1))
+    drifting = settled + np.linspace(-0.5, 0.5, 75)[:, None]
+    assert _agreement(settled)[0][0] < CONVERGED_RHAT < _agreement(drifting)[0][0]
