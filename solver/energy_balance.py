@@ -29,7 +29,7 @@ class Balance:
     plate_internal: stress work (elastic and plastic); plate_hourglass; plate_edges: in the edge's springs;
     plate_damping; rivets: what they took, those that broke included; plate_eroded: what eroded shells had taken in;
     contact: in the penalty springs; friction: its heat, where there is friction; eroded: what the eroded particles held
-    as pressure, and springs whose particle or facet is gone; bird_kinetic, plate_kinetic.
+    as pressure and by strength, and springs whose particle or facet is gone; bird_kinetic, plate_kinetic.
     """
 
     def __init__(self, bird: BirdBody, bodies: Sequence[BodyEnergies], normal_energy: float) -> None:

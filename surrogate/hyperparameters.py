@@ -24,9 +24,10 @@ LARGEST_BATCH = 4_000_000  # elements of the matrices that are handled at once
 
 
 def hyperparameters(u: Array, y: Array, seed: int = 0) -> tuple[float, Array, float]:
-    """Variance, lengths (d,) and scatter (variance) of y (n,) at features u (n, d), by their posterior means.
+    """Variance, lengths (d,) and scatter (variance) of y (n,) at features u (n, d).
 
-    Lengths by the mean logarithm; the scatter, which enters a prediction's variance as it is, by its mean.
+    Lengths by the posterior mean of their logarithms; scatter over variance, which enters a prediction's variance as it
+    is, by its posterior mean; the variance is the likeliest at these.
     """
     points, weights = _posterior(u, y, seed)
     lengths, ratio = weights @ points[:, :-1], float(weights @ np.exp(points[:, -1]))

@@ -32,7 +32,7 @@ def viscous_hourglass(alive, going, dt, coefficient, hourglass_rate, mass, volum
 def elastic_hourglass(alive, going, dt, coefficient, modulus, rate, hourglass_rate, volume, gradient, hourglass, work):
     """Springs whose force turns with the element: dQ/dt = w x Q + k rate, k = coefficient modulus |B|^2/V [N/m].
 
-    modulus [Pa]: M M/V |B|^2 is the element's own largest stiffness for M = rho c^2. Work [J].
+    modulus [Pa]: M |B|^2/V is the element's own largest stiffness for M = rho c^2. Work [J].
     """
     for e in prange(alive.shape[0]):
         work[e] = 0.0

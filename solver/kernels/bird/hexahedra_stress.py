@@ -133,8 +133,8 @@ def update_viscosity(alive, going, dt, rate, mu, shock, c, rho, volume_before, v
     """Viscous stress 2 MU dev D, tau (e, 6) [Pa], and shock pressure q (e,) [Pa].
 
     q = rho l |tr D| (shock[0] c + shock[1] l |tr D|) in compression only (J. von Neumann & R. D. Richtmyer, J. Appl.
-    Phys. 21 (1950) 232, with Landshoff's linear term); l = sqrt(3/2) V/|B|, the edge of a cube and the short one of a
-    slab. work: (e, 3) of MU, of q [J], and what a unit of MU would dissipate [J/(Pa s)].
+    Phys. 21 (1950) 232, with Landshoff's linear term); l = sqrt(3/2) V/|B|, the edge of a cube and up to sqrt(3) times
+    the short edge of a slab. work: (e, 3) of MU, of q [J], and what a unit of MU would dissipate [J/(Pa s)].
     """
     for e in prange(alive.shape[0]):
         work[e, 0] = work[e, 1] = work[e, 2] = 0.0

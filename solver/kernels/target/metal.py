@@ -26,10 +26,10 @@ FAILURE, FRACTURE_ENERGY, DAMAGE, D1, DAMAGE_RATE = 12, 13, 14, 15, 20
 POINTS, RETURN, CONSTANTS = 21, 22, 23
 MOST_POINTS = 32
 ROW = CONSTANTS + 2 * MOST_POINTS
-"""Places in a row: E, nu, kinematic modulus [Pa], kind of hardening, first yield stress [Pa]; kind of rate factor, C, P
-or rate0 [1/s]; kelvins per plastic work [K m^3/J], T0 - T_ref, T_melt - T_ref [K], m; failure strain, fracture energy
-[J/m^2] (0: at once), kind of damage, D1 .. D5, its rate0 [1/s]; points of the table; how a stress returns to the yield
-surface; the hardening's constants."""
+"""Places in a row: E, nu, kinematic modulus [Pa], kind of hardening, first yield stress [Pa]; kind of rate factor, C,
+and 1/P of Cowper-Symonds or rate0 [1/s]; kelvins per plastic work [K m^3/J], T0 - T_ref, T_melt - T_ref [K], m;
+failure strain, fracture energy [J/m^2] (0: at once), kind of damage, D1 .. D5, its rate0 [1/s]; points of the table;
+how a stress returns to the yield surface; the hardening's constants."""
 
 LINEAR, POWER, TABLE = 0.0, 1.0, 2.0
 COWPER_SYMONDS, LOGARITHMIC = 0.0, 1.0

@@ -17,9 +17,9 @@ Constant = Annotated[float, Between(-100.0, 100.0)]
 class JohnsonCook(Metal):
     """sigma_y = (a + b eps_p^n) (1 + c ln(rate/rate0)) (1 - T*^m), T* = (T - reference)/(melt - reference), adiabatic.
 
-    Damage: eps_f = (D1 + D2 exp(D3 mean/mises)) (1 + D4 ln(rate/rate0)) (1 + D5 T*), in tension a positive mean; a
-    layer fails where the sum of plastic strain over eps_f is 1. In this original form D3 is negative for metals that
-    break sooner in tension; programs that write exp(-D3 ...) want the other sign.
+    Damage: eps_f = (D1 + D2 exp(D3 mean/mises)) (1 + D4 ln(rate/rate0)) (1 + D5 T*), in tension a positive mean; both
+    factors of rate are 1 below rate0. A layer fails where the sum of plastic strain over eps_f is 1. In this original
+    form D3 is negative for metals that break sooner in tension; programs that write exp(-D3 ...) want the other sign.
     """
 
     law: Literal["johnson_cook"]
