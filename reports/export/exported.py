@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.estimation.verification import error_words
-from birdstrike.inversion.formatting import flight, provenance_of, quantity, span
+from birdstrike.inversion.formatting import flight, listing, provenance_of, quantity, span
 from birdstrike.inversion.models.results import COMPARISON, read_comparison
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.estimates import Answer, Estimate
@@ -85,13 +85,25 @@ def read_export(
     source = (
         f"Inverted by the {name} ({path.name}). The simulation at these values differs from the record by "
         f"{error_words(answer)}.",
-        f"Record: {Path(inversion.measured.path).name}"
-        f"{', which is SIMULATED, NOT MEASURED' if inversion.measured.simulated else ''}.",
+        f"{'Records' if len(inversion.records) > 1 else 'Record'}: {', '.join(map(_record, inversion.records))}"
+        f"{_simulated(inversion)}.",
         f"Case {case_hash(base)}: {_impact(base)}.",
     )
     density = inverted.bird.actual_density
     first = ExportedBird("inverted", inverted.bird.material, density, tuple(_found(inversion, name)))
     return Export((first, *_compared(density)), source)
+
+
+def _record(path: str) -> str:
+    return Path(path).name
+
+
+def _simulated(inversion: Inversion) -> str:
+    """Which of its records are no measurements; empty for none."""
+    if not (found := inversion.simulated_records):
+        return ""
+    which = f"of which {listing([*map(_record, found)])} {'are' if len(found) > 1 else 'is'}"
+    return f", {'which is' if len(inversion.records) == 1 else which} SIMULATED, NOT MEASURED"
 
 
 def chosen_model(folder: Path, model: str = "") -> tuple[Path, str] | None:
