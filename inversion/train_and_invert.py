@@ -408,9 +408,12 @@ def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -
 
 
 def write(folder: Path, outcome: InversionOutcome, dataset: Dataset, measured: Measured) -> None:
-    """All files of an inversion; the JSON last, so that its presence means the rest is there."""
+    """All files of an inversion; the JSON last, so that its presence means the rest is there and is of this answer."""
     folder.mkdir(parents=True, exist_ok=True)
     inversion = outcome.inversion
+    earlier = ("inversion.json", "network.npz", TRAINING_FILE, DRAWS_FILE)  # not each answer has all of them
+    for path in (*(folder / name for name in earlier), *folder.glob("verified_*.csv")):
+        path.unlink(missing_ok=True)
     save_emulator(folder / "emulator.npz", outcome.emulator, dataset)
     if outcome.network is not None:
         save_network(folder / "network.npz", outcome.network.network)

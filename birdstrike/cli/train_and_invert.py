@@ -171,8 +171,10 @@ def _neurons(text: str) -> int | None:
 
 def lines(inversion: Inversion) -> Iterator[str]:
     """What stands above the tables: provenance, training, time origin, posterior."""
-    if inversion.measured.simulated:
-        yield f"measurement: {inversion.measured.path} is simulated, not measured"
+    from birdstrike.data.formatting import listing
+
+    if simulated := inversion.simulated_records:
+        yield f"measurement: {listing(simulated)} {'are' if len(simulated) > 1 else 'is'} simulated, not measured"
     if inversion.training is not None:
         yield f"network {inversion.training.shape} ({inversion.training.trainer}): {inversion.training.status}"
     for channel, q2 in inversion.emulator.q2.items():

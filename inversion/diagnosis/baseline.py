@@ -11,6 +11,7 @@ from scipy.linalg import cho_factor, cho_solve
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
+from birdstrike.inversion.conditions import same_structure
 from birdstrike.inversion.diagnosis.before_and_after import rms_by_channel
 from birdstrike.inversion.diagnosis.discrepancy import UNCLEAN, Amplitudes, Shape, shape_of, unknown_or_stated
 from birdstrike.inversion.diagnosis.hypotheses import NOTHING
@@ -33,8 +34,8 @@ class Baselines:
 
 def unfit(record: Measured, case: Case, first: Case, channels: Sequence[str]) -> str:
     """Why a baseline cannot serve the first shot, its channels; empty where it can. Known before any simulation."""
-    if case.plate != first.plate or case.target != first.target:
-        return "its case has another plate; a baseline must be a shot at the same rig"
+    if not same_structure(case, first):
+        return "its case has another plate or target; a baseline must be a shot at the same rig"
     if not any(channel in record.channels for channel in channels):
         own = ", ".join(record.channels)
         lacking = f"it has none of the shot's sensors ({', '.join(channels)}), only {own}"

@@ -19,6 +19,7 @@ from birdstrike.data.progress import Progress
 from birdstrike.data.tree import save_tree
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations
+from birdstrike.inversion.conditions import same_structure
 from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
 from birdstrike.inversion.diagnosis.evidence import AUTO, birds_apart
 from birdstrike.inversion.diagnosis.model_file import FILE
@@ -230,7 +231,7 @@ def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
 
 def apart(case: Case, first: Case) -> list[str]:
     """Why two cases cannot be calibrated together: another rig, clock or sensor, or parameters sought elsewhere."""
-    if case.plate != first.plate or case.target != first.target:
+    if not same_structure(case, first):
         return [
             f"case {case.name} has another plate or target (or mesh of it) than case {first.name}: shots that are "
             "diagnosed together are of one rig; extend one file for all and change [impact] and [bird] alone, or "

@@ -248,7 +248,7 @@ def _measured(records: Sequence[Measured], offsets: Sequence[float]) -> Measured
                 target[name + suffix(i)] = np.full(len(time), np.nan)
                 target[name + suffix(i)][at] = values
         units |= {name + suffix(i): unit for name, unit in record.units.items()}
-    notes = tuple(line for record in records for line in record.provenance)
+    notes = tuple(f"{record.path}: {line}" for record in records for line in record.provenance)
     return Measured(time, channels, sigma, units, notes, ", ".join(record.path for record in records))
 
 

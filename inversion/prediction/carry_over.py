@@ -15,6 +15,7 @@ import numpy as np
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import quantity
+from birdstrike.inversion.conditions import same_structure
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT
@@ -115,10 +116,7 @@ def _carried(label: str, name: str, size: float, learnt: Learnt, case: Case) -> 
         return Carried(label, name, ANEW, size, (), sided)
     if name in OF_BIRD:
         return Carried(label, name, CARRIED, size, (), sided)
-    if name in OF_PLATE:
-        same = case.plate == learnt.case.plate and case.target == learnt.case.target
-    else:
-        same = not other_rig(learnt.case, case)
+    same = same_structure(case, learnt.case) if name in OF_PLATE else not other_rig(learnt.case, case)
     own = size if same or effect.refuses(case) else effect.size(case)
     return Carried(label, name, CARRIED if same else ANEW, own, (), sided)
 

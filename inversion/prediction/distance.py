@@ -15,12 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.conditions import conditions
+from birdstrike.inversion.conditions import conditions, target_content
 from birdstrike.inversion.diagnosis.discrepancy import matern52
 from birdstrike.inversion.prediction.learnt import Learnt, LearntShot
 from birdstrike.solver.case.case import Case
@@ -93,13 +94,22 @@ def other_rig(learnt: Case, case: Case) -> str:
     if (case.target is None) != (learnt.target is None):
         return "a plate and an assembly"
     if case.target is not None:
-        return "" if case.target == learnt.target else "its section target differs"
+        own, theirs = _but_for_thickness(case), _but_for_thickness(learnt)
+        return ", ".join(f"target.{key}" for key in {**theirs, **own} if own.get(key) != theirs.get(key))
     differing = [
         key for key in ("length", "width", "edges", "rigid") if getattr(case.plate, key) != getattr(learnt.plate, key)
     ]
     if case.plate.material != learnt.plate.material:
         differing.append("material")
     return ", ".join(f"plate.{key}" for key in differing)
+
+
+def _but_for_thickness(case: Case) -> dict[str, Any]:
+    """Of the target, with no thickness of the struck part, which is a condition of its own."""
+    content = target_content(case) or {}
+    if case.target is not None:
+        del content["parts"][case.target.struck_name]["thickness"]
+    return content
 
 
 def _mass(where: Mapping[str, float]) -> float:

@@ -88,6 +88,25 @@ class Inversion(Displayed):
         return self.methods[self.best or next(iter(self.methods))]
 
     @property
+    def records(self) -> tuple[str, ...]:
+        """Paths of the records, one for each shot."""
+        return tuple(shot.path for shot in self.shots) or (self.measured.path,)
+
+    @property
+    def simulated_records(self) -> tuple[str, ...]:
+        """Of these, those that no instrument took."""
+        return tuple(path for path in self.records if any("SIMULATED" in line for line in self.provenance_of(path)))
+
+    def provenance_of(self, path: str) -> tuple[str, ...]:
+        """A record's own lines; those of shots inverted together begin with its path, in older files nothing tells
+        them apart and each has all.
+        """
+        lines, begin = self.measured.provenance, f"{path}: "
+        if not any(line.startswith(f"{one}: ") for one in self.records for line in lines):
+            return lines
+        return tuple(line.removeprefix(begin) for line in lines if line.startswith(begin))
+
+    @property
     def headline(self) -> str:
         """The best method's answer: each parameter with its interval, or that it is not identifiable."""
         answer = self.best_answer

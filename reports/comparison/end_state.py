@@ -21,8 +21,11 @@ def impulse(time: Array, force: Array) -> Array:
 
 
 def sensor_of_kind(case: Case, run: Histories, kind: str) -> str | None:
-    """Name of the case's first sensor of a kind that the run has, None without one."""
-    return next((name for name, sensor in case.sensors.items() if sensor.kind == kind and name in run.channels), None)
+    """Name of the case's first sensor of a kind that the run has, None without one; a cell under one support of
+    several does not read the frame's force.
+    """
+    whole = (name for name, one in case.sensors.items() if one.kind == kind and getattr(one, "support", None) is None)
+    return next((name for name in whole if name in run.channels), None)
 
 
 def residual_deflection(case: Case, run: Histories, channel: str) -> tuple[float | None, str]:
@@ -36,8 +39,10 @@ def residual_deflection(case: Case, run: Histories, channel: str) -> tuple[float
     if float(run.summary.get("largest_plastic_strain", np.nan)) == 0.0:
         return 0.0, "no yield"
     period, contact = first_period(case), sensor_of_kind(case, run, "contact_force")
-    if period is None or contact is None:
-        return None, "no first period, or no contact force that shows when the bird has left"
+    if contact is None:
+        return None, "no contact force sensor shows when the bird has left"
+    if period is None:
+        return None, "the first period of such a structure is not known"
     force = np.abs(run.channels[contact])
     left = float(run.time[np.flatnonzero(force > QUIET * force.max())[-1]])
     if run.time[-1] < left + period:

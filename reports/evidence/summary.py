@@ -74,8 +74,9 @@ def _answer(sources: Sources) -> Iterator[str]:
 
 
 def _inputs(sources: Sources, digests: Mapping[str, str]) -> Iterator[str]:
-    kind = "SIMULATED, NOT MEASURED" if sources.answer.measured.simulated else "measured"
-    for record in sources.records:
+    simulated = sources.answer.simulated_records
+    for record, path in zip(sources.records, sources.answer.records, strict=True):
+        kind = "SIMULATED, NOT MEASURED" if path in simulated else "measured"
         yield f"- Record {record.name} ({kind}), SHA-256 {digests[f'records/{record.name}']}"
     yield f"- Case {sources.case.name}, hash {case_hash(sources.case)}; {_solver(sources.case)}"
     for number, campaign in enumerate(sources.campaigns, 1):

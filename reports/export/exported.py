@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import quantity, span
+from birdstrike.data.formatting import listing, quantity, span
 from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.estimation.verification import error_words
 from birdstrike.inversion.labels import flight, provenance_of
@@ -86,13 +86,25 @@ def read_export(
     source = (
         f"Inverted by the {name} ({path.name}). The simulation at these values differs from the record by "
         f"{error_words(answer)}.",
-        f"Record: {Path(inversion.measured.path).name}"
-        f"{', which is SIMULATED, NOT MEASURED' if inversion.measured.simulated else ''}.",
+        f"{'Records' if len(inversion.records) > 1 else 'Record'}: {', '.join(map(_record, inversion.records))}"
+        f"{_simulated(inversion)}.",
         f"Case {case_hash(base)}: {_impact(base)}.",
     )
     density = inverted.bird.actual_density
     first = ExportedBird("inverted", inverted.bird.material, density, tuple(_found(inversion, name)))
     return Export((first, *_compared(density)), source)
+
+
+def _record(path: str) -> str:
+    return Path(path).name
+
+
+def _simulated(inversion: Inversion) -> str:
+    """Which of its records are no measurements; empty for none."""
+    if not (found := inversion.simulated_records):
+        return ""
+    which = f"of which {listing([*map(_record, found)])} {'are' if len(found) > 1 else 'is'}"
+    return f", {'which is' if len(inversion.records) == 1 else which} SIMULATED, NOT MEASURED"
 
 
 def chosen_model(folder: Path, model: str = "") -> tuple[Path, str] | None:

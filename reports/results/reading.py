@@ -46,6 +46,8 @@ def first_shot(inversion: Inversion) -> Inversion:
         measured=replace(
             measured,
             path=inversion.shots[0].path,
+            provenance=inversion.provenance_of(inversion.shots[0].path),
+            simulated=inversion.shots[0].path in inversion.simulated_records,
             points=_own(measured.points),
             noise=_own(measured.noise),
             noise_source=_own(measured.noise_source),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from birdstrike.data.formatting import listing
 from birdstrike.reports.blocks import Table
 from birdstrike.reports.comparison.end_state import impulse, penetration, residual_deflection, sensor_of_kind
 from birdstrike.reports.comparison.iso18571 import SAMPLES
@@ -113,12 +114,16 @@ def end_state_table(results: Results) -> Table:
     )
     rows = tuple(_end_state(results, model) for model in results.models.values() if model.run is not None)
     momentum = results.case.bird.actual_mass * results.case.normal_speed
-    reasons = dict.fromkeys(reason for model in results.models.values() for reason in _reasons(model))
+    reasons: dict[str, list[str]] = {}
+    for model in results.models.values():
+        found = _residual(model)
+        if found is not None and found[0] is None:
+            reasons.setdefault(found[1], []).append(model.title)
     caption = (
         f"State at the end of the simulations, {quantity(results.case.time.end, 's')}. Shares "
         f"are of the bird's normal momentum, {momentum:.3g} N s. Residual deflection: 0 where the plate never yielded, "
         "else the mean over the plate's last period once the bird has left"
-        + "".join(f"; – : {r}" for r in reasons)
+        + "".join(f"; – : {listing(titles)}, {reason}" for reason, titles in reasons.items())
         + "."
     )
     return Table(head, rows, caption, frozenset({1, 2, 3, 4, 6, 7}))
@@ -149,13 +154,6 @@ def _residual(model: Model) -> tuple[float | None, str] | None:
         return None
     channel = sensor_of_kind(model.case, model.run, "displacement")
     return None if channel is None else residual_deflection(model.case, model.run, channel)
-
-
-def _reasons(model: Model) -> Iterator[str]:
-    """Why a model's residual deflection is not known."""
-    found = _residual(model)
-    if found is not None and found[0] is None:
-        yield f"{model.title}, {found[1]}"
 
 
 def _impulse(model: Model, kind: str, momentum: float) -> str:

@@ -31,7 +31,8 @@ def _drawn(results: Results, channel: str) -> DrawnChannel:
     values = results.record.channels[channel]
     cuts = {reason: np.array(times) for reason, times in measured.cuts.get(channel, {}).items()}
     outside = (time < results.dataset.time[0]) | (time > results.dataset.time[-1] * (1.0 + 1e-9))
-    cuts |= {OUTSIDE: time[outside & np.isfinite(values)]} if outside.any() else {}
+    outside &= np.isfinite(values)  # of shots inverted together the clock has instants at which others alone were read
+    cuts |= {OUTSIDE: time[outside]} if outside.any() else {}
     raw = values if rest is None else values + rest
     return DrawnChannel(
         channel,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from birdstrike.data.units import display
 from birdstrike.reports.blocks import Picture, Section, Table, drawing, photograph
 from birdstrike.reports.figures.quantities import quantity, words
@@ -40,19 +42,30 @@ def _sketch(case: Case) -> Picture:
 
 def _caption(case: Case) -> str:
     degrees = display(case.impact.angle, "rad")[0]
-    aimed = (
-        "the bird's axis points at the plate's centre" if case.impact.aim == "axis" else "the centre is touched first"
-    )
-    if case.impact.point is not None:
-        place = ", ".join(f"{1e3 * c:.4g}" for c in case.impact.point)
-        aimed = f"the bird's axis flies through ({place}) mm"
     undrawn = case.impact.yaw and case.target is None
     yaw = f"; not drawn: the bird's yaw of {display(case.impact.yaw, 'rad')[0]:.3g}°" if undrawn else ""
     return (
         f"The set-up to scale at the start of the simulation. The velocity makes {degrees:.3g}° with the plate's "
         f"surface, so that {quantity(case.normal_speed, 'm/s')} of {quantity(case.impact.speed, 'm/s')} are normal to "
-        f"it; {aimed}; first contact {quantity(case.first_contact, 's')} after the start{yaw}."
+        f"it; {_aimed(case)}; first contact {quantity(case.first_contact, 's')} after the start{yaw}."
     )
+
+
+def _aimed(case: Case) -> str:
+    """Where the bird arrives: a point in space, or of the plate or the target, and how far beside it."""
+    impact, centre = case.impact, "the plate's centre" if case.target is None else "the target's origin"
+    if case.target is not None and case.target.mesh is not None:
+        centre = f"the point ({_millimetres(case.target.origin)}) mm of the mesh file"
+    if impact.point is not None:
+        aimed = f"the bird's axis flies through ({_millimetres(impact.point)}) mm"
+    else:
+        aimed = f"the bird's axis points at {centre}" if impact.aim == "axis" else f"{centre} is touched first"
+    beside = f", ({_millimetres(impact.offset)}) mm beside it along length and width" if any(impact.offset) else ""
+    return aimed + beside
+
+
+def _millimetres(place: Iterable[float]) -> str:
+    return ", ".join(f"{1e3 * one:.4g}" for one in place)
 
 
 def drawn(case: Case) -> SetUp:
@@ -113,7 +126,8 @@ def _parts(target: Target) -> tuple[tuple[str, str], ...]:
         f"{name} {edges if isinstance(edges, str) else 'on springs'}" for name, edges in target.supports.items()
     )
     size = " × ".join(quantity(side, "m") for side in (source.length, source.width))
-    mesh = f"{size}, {len(source.mesh().quads)} shells of about {quantity(source.element_size, 'm')}"
+    file = "" if target.mesh_name is None else f", mesh {target.mesh_name}"
+    mesh = f"{size}{file}, {len(source.mesh().quads)} shells of about {quantity(source.element_size, 'm')}"
     return (("target", mesh), *parts, ("supports", held or "none"))
 
 

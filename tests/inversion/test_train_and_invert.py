@@ -90,6 +90,20 @@ def test_second_call_pays_no_run(
     assert train_and_invert(doe, measured, again, extras=FIXED) == Inversion.load(out / "inversion.json")
 
 
+def test_an_answer_leaves_no_file_of_the_one_before(doe: Path, measured: Path, tmp_path: Path) -> None:
+    """An answer without a posterior or a network had those of the record before it beside it, and in its evidence."""
+    folder = tmp_path / "out"
+    both = train_and_invert(doe, measured, folder, extras=FIXED)
+    assert both.posterior is not None
+    assert {"posterior.csv", "network.npz", "training.csv", "verified_network.csv"} <= {
+        p.name for p in folder.iterdir()
+    }
+    train_and_invert(doe, measured, folder, method="emulator", extras=PLAIN)
+    alone = tmp_path / "alone"
+    train_and_invert(doe, measured, alone, method="emulator", extras=PLAIN)
+    assert {p.name for p in folder.iterdir()} == {p.name for p in alone.iterdir()}
+
+
 def test_run_that_the_campaign_holds_is_not_paid(
     doe: Path, measured: Path, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

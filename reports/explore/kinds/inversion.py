@@ -57,7 +57,7 @@ def view_of(folder: Path, case: Path) -> View:
         systems=[emulator_table(emulator)],
         shots=[
             {
-                "name": Path(inversion.measured.path).name,
+                "name": ", ".join(Path(path).name for path in inversion.records),
                 "system": 0,
                 "channels": [
                     _sensor(inversion, name, best.channels[name].unit, time, values)

@@ -9,10 +9,11 @@ import pytest
 
 from birdstrike.data.curves import Measured
 from birdstrike.reports.comparison.clock import best_offset
-from birdstrike.reports.comparison.end_state import penetration, residual_deflection
+from birdstrike.reports.comparison.end_state import penetration, residual_deflection, sensor_of_kind
 from birdstrike.reports.comparison.iso18571 import SAMPLES, rate
 from birdstrike.reports.comparison.scores import score, sprague_geers
 from birdstrike.reports.results.results import Results
+from birdstrike.solver.case.case import load_case
 from birdstrike.solver.estimate import first_period
 from tests.reports.synthetic import RECORD_TIMES, displacement, strike
 
@@ -98,6 +99,27 @@ def test_a_plate_that_yielded_keeps_the_mean_of_its_last_swing(results: Results)
     assert found is None
     assert "time.end" in why
     assert residual_deflection(results.case, strike(), "displacement_centre")[0] == 0.0
+
+
+def test_a_cell_under_one_support_is_not_the_frame_s_force() -> None:
+    """The impulse of one set of nodes was shown as that on the frame."""
+    sensors = {"cell": {"kind": "reaction_force", "support": "edges"}, "frame": {"kind": "reaction_force"}}
+    case = load_case("openradioss_panel", {"target.generator.element_size": "50 mm"}).overlaid({"sensors": sensors})
+    time = np.linspace(0.0, 1e-3, 5)
+    run = replace(strike(), time=time, channels={"cell": time, "frame": 3.0 * time})
+    assert sensor_of_kind(case, run, "reaction_force") == "frame"
+    assert sensor_of_kind(case, replace(run, channels={"cell": time}), "reaction_force") is None
+
+
+def test_a_residual_deflection_that_is_not_known_has_one_reason(results: Results) -> None:
+    run = replace(strike(), summary={"largest_plastic_strain": 0.01})
+    panel = load_case("openradioss_panel", {"target.generator.element_size": "50 mm"})
+    blind = replace(run, channels={"displacement_centre": run.channels["displacement_centre"]})
+    assert residual_deflection(results.case, blind, "displacement_centre") == (
+        None, "no contact force sensor shows when the bird has left",
+    )  # fmt: skip
+    found = residual_deflection(panel, run, "displacement_centre")
+    assert found == (None, "the first period of such a structure is not known")
 
 
 def test_a_bird_behind_a_torn_plate_has_gone_through(results: Results) -> None:

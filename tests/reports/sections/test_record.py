@@ -42,6 +42,17 @@ def test_what_was_cut_and_subtracted_stands_under_the_picture(results: Results) 
     assert picture(spoilt) != picture(results)
 
 
+def test_instants_at_which_another_shot_alone_was_read_are_not_cut_from_this_one(results: Results) -> None:
+    """Of shots inverted together, with a longer record beside a shorter, the report ended in an IndexError."""
+    record = results.record
+    time = np.concatenate([[-2e-3, -1e-3], record.time])
+    read = {name: np.concatenate([[np.nan, np.nan], values]) for name, values in record.channels.items()}
+    joint = replace(results, record=replace(record, time=time, channels=read))
+    assert picture(joint).caption == picture(results).caption
+    read[CENTRE][1] = 0.0
+    assert "1 point left out, outside" in picture(replace(results, record=replace(joint.record, channels=read))).caption
+
+
 def test_a_drift_and_a_hum_are_drawn_as_they_were_subtracted() -> None:
     time = np.linspace(-1e-3, 3e-3, 5)
     drift = RestFigures("offset and drift", 0.0, (0.0, 0.0), 1e-3, 0.0, (1.0, 2.0))

@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
 
 from birdstrike.reports.blocks import Table
 from birdstrike.reports.results.results import Results
-from birdstrike.reports.sections.setup import section
+from birdstrike.reports.sections.setup import _caption, _facts, section
+from birdstrike.solver.case.case import load_case
+from tests.solver.target.triangles import abaqus_file
 
 
 def test_the_set_up_has_the_effects_and_the_instruments_of_the_case(results: Results) -> None:
@@ -16,3 +22,32 @@ def test_the_set_up_has_the_effects_and_the_instruments_of_the_case(results: Res
     rows = {str(row[0]): str(row[1]) for row in table.rows}
     assert rows["effect of the case"].startswith("effects.edge_slip = +1 mm^2/kN")
     assert rows["instrument of displacement centre"] == "bandwidth 20 kHz, gain 1.03"
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({}, "the bird's axis points at the plate's centre;"),
+        ({"aim": "first_touch"}, "the plate's centre is touched first;"),
+        ({"offset": ["10 mm", "-5 mm"]}, "points at the plate's centre, (10, -5) mm beside it along length and width;"),
+        ({"point": ["1 mm", "2 mm", "0 mm"]}, "the bird's axis flies through (1, 2, 0) mm;"),
+    ],
+)
+def test_the_caption_says_where_the_bird_is_aimed(results: Results, change: dict[str, object], said: str) -> None:
+    """A bird beside the centre was said to be aimed at it."""
+    assert said in _caption(results.case.overlaid({"impact": change}))
+
+
+def test_the_caption_of_a_mesh_from_a_file_names_its_point_and_the_table_the_file(tmp_path: Path) -> None:
+    """The point of aim is one of the file's axes; it was called the plate's centre."""
+    corners = np.array([[x, y, 0.0] for x in (0.0, 150.0, 300.0) for y in (0.0, 100.0, 200.0)])
+    quads = np.array([[0, 3, 4, 1], [1, 4, 5, 2], [3, 6, 7, 4], [4, 7, 8, 5]])
+    mesh = abaqus_file(tmp_path / "skin.inp", corners, [("S4", "skin", 1, quads)], {"rim": np.array([0, 1, 2])})
+    table = load_case("openradioss_panel").table
+    target = {"mesh": str(mesh), "mesh_unit": "mm", "origin": ["100 mm", "50 mm", "0 mm"]}
+    target |= {"parts": {"skin": {"thickness": "3 mm", "material": "aluminium"}}, "supports": {"rim": "clamped"}}
+    table["target"] = target | {"materials": table["target"]["materials"]}
+    table["sensors"] = {"force": {"kind": "contact_force"}}
+    case = load_case(table)
+    assert "the bird's axis points at the point (100, 50, 0) mm of the mesh file;" in _caption(case)
+    assert dict(_facts(case))["target"].startswith("300 mm × 200 mm, mesh skin.inp, 4 shells")

@@ -1,0 +1,72 @@
+"""Whether two cases strike one structure: the same mesh from a file is the same wherever it stands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+
+from birdstrike.data.curves import Measured
+from birdstrike.inversion.conditions import same_structure
+from birdstrike.inversion.diagnosis.baseline import unfit
+from birdstrike.inversion.diagnosis.diagnose import apart
+from birdstrike.inversion.prediction.distance import other_rig
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.write import copy_case
+from birdstrike.solver.target.generators.registry import GENERATORS
+
+
+def panel(path: Path, shift: float = 0.0) -> Case:
+    """The shipped panel with its mesh in a file; shift [m]: of the node nearest to the middle, out of its plane."""
+    table = load_case("openradioss_panel", {"target.generator.element_size": "50 mm"}).table
+    mesh = GENERATORS.validate(table["target"].pop("generator")).mesh()
+    nodes = mesh.nodes.copy()
+    nodes[np.linalg.norm(nodes - [0.0, 0.0, 0.0], axis=1).argmin(), 2] += shift
+    path.parent.mkdir(parents=True, exist_ok=True)
+    parts: dict[str, Any] = {name: [np.flatnonzero(mesh.part == i)] for i, name in enumerate(mesh.parts)}
+    held: dict[str, Any] = {"edges": mesh.sets["edges"]}
+    meshio.Mesh(nodes, [("quad", mesh.quads)], cell_sets=parts, point_sets=held).write(path)
+    table["target"] |= {"mesh": str(path), "mesh_unit": "m"}
+    return load_case(table)
+
+
+@pytest.fixture
+def learnt(tmp_path: Path) -> Case:
+    return panel(tmp_path / "panel.inp")
+
+
+def test_a_mesh_that_stands_elsewhere_is_the_same_structure(learnt: Case, tmp_path: Path) -> None:
+    """A results folder holds a copy of the mesh: a prediction of the case at another speed called it another
+    structure, and doubled the model's error; a baseline with a case of its own was left out.
+    """
+    (tmp_path / "out").mkdir()
+    copy_case(learnt, tmp_path / "out")
+    copied = load_case(tmp_path / "out" / "case.toml")
+    assert copied.target is not None
+    assert learnt.target is not None
+    assert copied.target.mesh != learnt.target.mesh
+    assert other_rig(copied, learnt) == ""
+    assert same_structure(copied, learnt)
+    assert apart(copied, learnt) == []
+    time = np.linspace(0.0, learnt.time.end, 5)
+    record = Measured(time, {"w_centre": time}, {}, {"w_centre": "m"})
+    assert unfit(record, copied, learnt, ["w_centre"]) == ""
+
+
+def test_what_differs_of_a_target_is_named(learnt: Case, tmp_path: Path) -> None:
+    moved = panel(tmp_path / "moved" / "panel.inp", shift=1e-4)
+    assert other_rig(learnt, moved) == "target.mesh"
+    assert not same_structure(learnt, moved)
+    held = learnt.overlaid({"target": {"supports": {"edges": "pinned"}, "damping": "20 1/s"}})
+    assert other_rig(learnt, held) == "target.supports, target.damping"
+
+
+def test_another_thickness_of_the_struck_part_is_the_same_rig(learnt: Case) -> None:
+    thick = learnt.overlaid({"target": {"parts": {"skin": {"thickness": "4 mm"}}}})
+    assert other_rig(learnt, thick) == ""
+    assert not same_structure(learnt, thick)
+    stiff = learnt.overlaid({"target": {"parts": {"stiffeners": {"thickness": "4 mm"}}}})
+    assert other_rig(learnt, stiff) == "target.parts"
