@@ -65,11 +65,15 @@ class Sets:
         self.members.setdefault(name.upper(), {}).update(dict.fromkeys(members))
 
     def of(self, name: str, asked_by: str) -> list[int]:
-        """Members of a set that stands before; `Part-1.edge` is `edge`. Raises UserError."""
-        for key in (name.upper(), name.upper().rpartition(".")[2]):
-            if key in self.members:
-                return list(self.members[key])
+        """Members of a set that stands before. Raises UserError."""
+        if (key := self.key(name)) is not None:
+            return list(self.members[key])
         raise UserError(f"*{self.kind} {asked_by} names {name}, which is neither a number nor a set that stands before")
+
+    def key(self, name: str) -> str | None:
+        """By which a set is kept, None where there is none of that name; `Part-1.edge` is `edge`."""
+        keys = (name.upper(), name.upper().rpartition(".")[2])
+        return next((key for key in keys if key in self.members), None)
 
     def named(self) -> dict[str, list[int]]:
         """Members by the sets' names."""
@@ -95,9 +99,22 @@ def read_abaqus(path: str) -> TextMesh:
             nsets.add(_name(section), [node for i in shells for node in mesh.shells[i].nodes])
         elif section.keyword == "NSET":
             nsets.add(_name(section), _members(section, nsets, None))
-    mesh.node_sets, mesh.shell_sets = nsets.named(), elsets.named()
+    mesh.node_sets, mesh.shell_sets = nsets.named(), _parts_first(elsets, sections, len(mesh.shells))
     _left_out(sections, mesh)
     return mesh
+
+
+def _parts_first(elsets: Sets, sections: list[Section], shells: int) -> dict[str, list[int]]:
+    """Sets of shells, first those that shell sections name, as far as these hold every shell: they are the parts.
+
+    A part is made of the first set that holds a shell: of a set that others make up, these would be the parts.
+    """
+    asked = [one.options["ELSET"] for one in sections if one.keyword in SHELL_SECTIONS and "ELSET" in one.options]
+    named = elsets.named()
+    parts = {name for name in named if name.upper() in {elsets.key(one) for one in asked}}
+    if len(set().union(*(named[name] for name in parts))) < shells:
+        return named
+    return dict(sorted(named.items(), key=lambda one: one[0] not in parts))
 
 
 def _lines(path: Path, files: Files, depth: int = 0) -> Iterator[str]:

@@ -485,3 +485,17 @@ def test_shells_without_a_number_of_their_part_are_refused(tmp_path):
     meshio.Mesh(np.array(NODES), [("quad", np.array(QUADS) - 1)], cell_data={"part": part}).write(tmp_path / "m.vtu")
     with pytest.raises(UserError, match="1 of 4 shells have no number in the array part"):
         read_mesh(str(tmp_path / "m.vtu"), "mm")
+
+
+def test_a_part_is_what_a_shell_section_names_though_other_sets_make_it_up(tmp_path):
+    """Skin and web of quadrilaterals and triangles come as four blocks; an effect on one block alone is none."""
+    blocks = [f"*ELEMENT, TYPE=S4, ELSET={name}\n{line}" for name, line in zip("pqrs", SHELL_LINES, strict=True)]
+    sets = ["*ELSET, ELSET=skin\np, r", "*ELSET, ELSET=web\nq, s", "*ELSET, ELSET=all\np, q, r, s"]
+    text = "\n".join(["*NODE", *NODE_LINES, *blocks, *sets])
+    assert read(tmp_path / "blocks.inp", text).parts == ("p", "q", "r", "s")
+    section = "*SHELL SECTION, ELSET={}, MATERIAL=m\n2.0"
+    mesh = read(tmp_path / "parts.inp", "\n".join([text, *map(section.format, ("Web", "Part-1.skin"))]))
+    assert mesh.parts == ("skin", "web")
+    assert mesh.part.tolist() == [0, 1, 0, 1]
+    one = read(tmp_path / "one.inp", "\n".join([text, section.format("skin")]))
+    assert one.parts == ("p", "q", "r", "s")
