@@ -56,7 +56,7 @@ TARGET = {
     "target.parts.<name>.thickness": "Of the part's shells; every part of the mesh must be named.",
     "target.parts.<name>.material": "Name of its material, a table under `target.materials`.",
     "target.supports.<set>": "How a set of nodes of the mesh is held: a word, or springs as of a plate's edges.",
-    "target.mesh": "Its mesh file, where there is no generator: Abaqus, Gmsh, Nastran, LS-DYNA, VTK; relative to the case.",
+    "target.mesh": "Mesh file, not a generator: Abaqus, Gmsh, Nastran, LS-DYNA, VTK; relative to the case file.",
     "target.mesh_unit": "Unit of length of that file; required with it.",
     "target.origin": "Point of the file's axes on which the bird is aimed, which becomes the origin.",
     "target.struck": "Part that the bird is aimed at; absent: the file's first.",
