@@ -1,10 +1,6 @@
-"""What kind of shot a case is: speed, energy, pressure, thickness, by which a prediction says how far it goes; and
-whether two cases are of one structure.
-"""
+"""What kind of shot a case is, by which a prediction says how far it goes, and whether two are of one structure."""
 
 from __future__ import annotations
-
-from typing import Any
 
 from birdstrike.solver.case.case import Case
 
@@ -25,9 +21,5 @@ def conditions(case: Case) -> dict[str, float]:
 
 def same_structure(case: Case, other: Case) -> bool:
     """Whether both strike one plate or one target; of a mesh from a file its content counts, not where it stands."""
-    return case.plate == other.plate and target_content(case) == target_content(other)
-
-
-def target_content(case: Case) -> dict[str, Any] | None:
-    """What changes a history, by key of [target]; None of a case with a plate."""
-    return None if case.target is None else case.target.content
+    own, others = (None if one.target is None else one.target.content for one in (case, other))
+    return case.plate == other.plate and own == others

@@ -21,10 +21,11 @@ import numpy as np
 
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.conditions import conditions, target_content
+from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.diagnosis.discrepancy import matern52
 from birdstrike.inversion.prediction.learnt import Learnt, LearntShot
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.target import Target
 
 LENGTHS = {"speed": np.log(3.0), "mass": np.log(4.0), "thickness": np.log(2.0)}
 UNITS = {"speed": "m/s", "energy": "J", "pressure": "Pa", "thickness": "m"}
@@ -93,8 +94,8 @@ def other_rig(learnt: Case, case: Case) -> str:
     """What makes the structure another rig than the learnt one's, thickness apart; empty where it is the same."""
     if (case.target is None) != (learnt.target is None):
         return "a plate and an assembly"
-    if case.target is not None:
-        own, theirs = _but_for_thickness(case), _but_for_thickness(learnt)
+    if case.target is not None and learnt.target is not None:
+        own, theirs = _but_for_thickness(case.target), _but_for_thickness(learnt.target)
         return ", ".join(f"target.{key}" for key in {**theirs, **own} if own.get(key) != theirs.get(key))
     differing = [
         key for key in ("length", "width", "edges", "rigid") if getattr(case.plate, key) != getattr(learnt.plate, key)
@@ -104,11 +105,10 @@ def other_rig(learnt: Case, case: Case) -> str:
     return ", ".join(f"plate.{key}" for key in differing)
 
 
-def _but_for_thickness(case: Case) -> dict[str, Any]:
-    """Of the target, with no thickness of the struck part, which is a condition of its own."""
-    content = target_content(case) or {}
-    if case.target is not None:
-        del content["parts"][case.target.struck_name]["thickness"]
+def _but_for_thickness(target: Target) -> dict[str, Any]:
+    """A target's content without the thickness of the struck part, which is a condition of its own."""
+    content = target.content
+    del content["parts"][target.struck_name]["thickness"]
     return content
 
 
