@@ -181,14 +181,6 @@ def planned_runs(case: Case, design: str | Path, runs: int, seed: int, progress:
 def stages(plan: LoopPlan) -> tuple[Stage, ...]:
     """The flow."""
     count = len(plan.design.numbers)
-    diagnosis = Stage(
-        "diagnosis",
-        "Diagnosis: simulations of every effect, comparison of the models, before and after",
-        partial(_diagnosis_inputs, plan),
-        tuple(plan.diagnosis / name for name in ("diagnosis.json", "diagnosis.csv")),
-        partial(_diagnosis, plan),
-        partial(_failures_retried, plan, plan.diagnosis),
-    )
     origin = f", adopted from {plan.adopted}" if plan.adopted else ""
     return (
         Stage(
@@ -207,8 +199,19 @@ def stages(plan: LoopPlan) -> tuple[Stage, ...]:
             partial(_inversion, plan),
             partial(_failures_retried, plan, plan.inversion),
         ),
-        *((diagnosis,) if plan.diagnosed else ()),
+        *((_diagnosis_stage(plan),) if plan.diagnosed else ()),
         Stage("report", "Report", partial(_report_inputs, plan), (plan.report,), partial(_report, plan)),
+    )
+
+
+def _diagnosis_stage(plan: LoopPlan) -> Stage:
+    return Stage(
+        "diagnosis",
+        "Diagnosis: simulations of every effect, comparison of the models, before and after",
+        partial(_diagnosis_inputs, plan),
+        tuple(plan.diagnosis / name for name in ("diagnosis.json", "diagnosis.csv")),
+        partial(_diagnosis, plan),
+        partial(_failures_retried, plan, plan.diagnosis),
     )
 
 
@@ -302,6 +305,7 @@ def _inversion_inputs(plan: LoopPlan) -> Mapping[str, Any]:
 def _inversion(plan: LoopPlan, progress: Progress) -> None:
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 
+    _remove_other_diagnosis(plan)
     train_and_invert(
         plan.doe,
         plan.measured,
@@ -312,6 +316,15 @@ def _inversion(plan: LoopPlan, progress: Progress) -> None:
         progress=progress,
         extras=Extras(refine=0, retry=plan.retry, channels=plan.channels),
     )
+
+
+def _remove_other_diagnosis(plan: LoopPlan) -> None:
+    """Remove the diagnosis of another record, case or options: `report`, `export` and `predict` would take it for one
+    of the inversion that is about to be made. Its simulations stay."""
+    stage = _diagnosis_stage(plan)
+    if plan.ledger.read().get("stages", {}).get(stage.name, {}).get("fingerprint") != stage.fingerprint():
+        for path in stage.outputs:
+            path.unlink(missing_ok=True)
 
 
 def _diagnosis_inputs(plan: LoopPlan) -> Mapping[str, Any]:

@@ -116,7 +116,7 @@ def _refuse_other_clocks(table: LooseTable, clock: int | None, columns: Mapping[
         wrong.append(
             f'{table.path}: column "{table.names[index]}" ({name}) stands behind a clock of its own, column {own + 1} '
             f'"{table.names[own]}", whose times are not those of column {clock + 1} "{table.names[clock]}"; import it '
-            f"into a file of its own with --time {own + 1}, or bring the columns to one clock"
+            f"by itself with --time {own + 1}, and --beside the record of the others"
         )
     if wrong:
         raise MeasuredError(wrong)

@@ -39,15 +39,16 @@ def import_curve(
     sigma: Mapping[str, str] | None = None,
     picture: str | Path | None = None,
     rate: str = "",
+    beside: str | Path | Measured | None = None,
 ) -> Measured:
     """Write a file of another program as a measured-data CSV, and return the record.
 
     sensors: name in the case -> column ("" to find it); zero: the mean before the response is subtracted; sigma: sensor
     -> its noise with a unit, or "record" for the record's own; picture: a PNG, PDF or SVG of the record and how it is
-    read; rate: of the samples, where the file has no clock, such as "200 kHz"; the others as in data.import_curve.
-    Raises UserError.
+    read; rate: of the samples, where the file has no clock, such as "200 kHz"; beside: a record of the same shot, whose
+    channels are taken along; the others as in data.import_curve. Raises UserError.
     """
-    from birdstrike.data.curves import write_measured
+    from birdstrike.data.curves import as_measured, write_measured
     from birdstrike.data.import_curve import ImportOptions, import_record
     from birdstrike.inversion.observations.raw import with_sigma, zeroed
 
@@ -73,6 +74,8 @@ def import_curve(
         record, _ = zeroed(record)
     if sigma:
         record = with_sigma(record, {name: _stated(name, text, record.units[name]) for name, text in sigma.items()})
+    if beside is not None:
+        record = as_measured(beside).with_channels_of(record)
     write_measured(out, record)
     if picture is not None:
         from birdstrike.inversion.observations.raw import read_raw
@@ -130,6 +133,10 @@ def command(
     table: Annotated[
         str, typer.Option(metavar="NAME", help="Group, sheet, struct or branch of a file with several.")
     ] = "",
+    beside: Annotated[
+        str | None,
+        typer.Option(metavar="CSV", help="Imported record of the same shot: its channels are taken along."),
+    ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="PNG, PDF or SVG: the record, what is cut, its zero and noise.")
     ] = None,
@@ -159,6 +166,7 @@ def command(
         sigma=_of_sensors("--sigma", sigma, columns),
         picture=picture,
         rate=rate,
+        beside=beside,
     )
     for name in record.channels:
         say(_seen(record, name))

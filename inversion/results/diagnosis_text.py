@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from birdstrike.data.formatting import many
 from birdstrike.data.units import display, rounded
 from birdstrike.inversion.labels import in_words, label_parts
 from birdstrike.inversion.results.diagnosis import (
@@ -57,7 +58,8 @@ def sentence_of(found: Diagnosis) -> str:
     rest = len(found.confidence_set) - MOST_NAMED
     if len(found.confidence_set) == 1:
         return f"{real}; {listed} is the likeliest explanation, but it is not attributed"
-    more = f"; {rest} further models share the 95 % set" if rest > 0 else ""
+    share = "shares" if rest == 1 else "share"
+    more = f"; {many(rest, 'further model')} {share} the 95 % set" if rest > 0 else ""
     if (first := found.effects[0]).probability >= LEVEL:
         more += f"; together the models with {first.name} hold {first.probability:.2f}"
     return f"{real}; the record does not decide between {listed}{more}"

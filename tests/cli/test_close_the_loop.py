@@ -258,6 +258,38 @@ def test_the_diagnosis_gets_the_held_out_record_and_a_baseline_that_cannot_serve
     assert any("strange" in line for line in told)
 
 
+@pytest.mark.usefixtures("solver")
+def test_a_diagnosis_of_other_options_does_not_stand_beside_a_new_inversion(
+    record: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What report, export and predict read is gone; its simulations stay. Only left out, it stays too."""
+    out, answer = tmp_path / "loop", tmp_path / "loop" / "diagnosis" / "diagnosis.json"
+
+    def write(folder: Path, *names: str) -> None:
+        (folder / "runs").mkdir(parents=True, exist_ok=True)
+        for name in names:
+            (folder / name).write_text("{}")
+
+    def invert(_doe: Path, _measured: Path, folder: Path, **_: Any) -> None:
+        write(folder, "inversion.json", "verification.csv")
+
+    def diagnose(_case: Case, _measured: Path, folder: Path, *_: Any, **__: Any) -> None:
+        write(folder, "diagnosis.json", "diagnosis.csv")
+
+    monkeypatch.setattr("birdstrike.inversion.train_and_invert.train_and_invert", invert)
+    monkeypatch.setattr("birdstrike.inversion.diagnosis.diagnose.diagnose", diagnose)
+    monkeypatch.setattr("birdstrike.loop._report", lambda plan, _: plan.report.write_text("a page"))
+    monkeypatch.setattr("birdstrike.loop.conclude", lambda plan: plan.ledger.read())
+    close(out, record)
+    close(out, record, diagnosis=False)
+    assert answer.is_file()
+    close(out, record, diagnosis=False, trainer="adam")
+    assert answer.is_file()
+    close(out, record, diagnosis=False, seed=1)
+    assert not answer.exists()
+    assert (answer.parent / "runs").is_dir()
+
+
 def test_help_has_an_example() -> None:
     result = CliRunner().invoke(app, ["close-the-loop", "--help"])
     assert "Example: birdstrike close-the-loop demo --measured table7_group5 --out loop" in " ".join(

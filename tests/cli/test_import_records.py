@@ -287,3 +287,26 @@ def test_a_picture_of_an_unknown_format_is_refused_before_the_record_is_written(
     assert found.exit_code == 1
     assert "a picture ends in .png, .svg, .pdf" in " ".join(found.output.split())
     assert not out.exists()
+
+
+def test_files_of_one_shot_on_clocks_of_their_own_become_one_record(tmp_path: Path) -> None:
+    laser, cell, shot = export(tmp_path / "laser.csv"), tmp_path / "cell.txt", tmp_path / "shot.csv"
+    cell.write_text("Time [us]\tCell [lbf]\n-500\t0\n-2.5\t1000\n10\t2000\n")  # every second instant is the laser's
+    first = invoke(laser, "--sensor", CENTRE, "--sigma", "0.03 mm", "--out", tmp_path / "first.csv")
+    assert first.exit_code == 0, first.output
+    options = ("--sensor", "reaction_force=Cell", "--out", shot)
+    found = invoke(cell, *options, "--beside", tmp_path / "first.csv")
+    assert found.exit_code == 0, found.output
+    alone, both = read_measured(tmp_path / "first.csv"), read_measured(shot)
+    for time, values in zip(both.points(CENTRE), alone.points(CENTRE), strict=True):
+        assert np.array_equal(time, values)
+    assert np.isfinite(both.sigma[CENTRE]).sum() == len(alone.time) == len(both.time) - 1
+    time, force = both.points("reaction_force")
+    assert time == pytest.approx([-5e-4, -2.5e-6, 1e-5])
+    assert force == pytest.approx([0.0, 4448.2216152605, 8896.443230521])
+    assert both.provenance[: len(alone.provenance)] == alone.provenance
+    assert any("cell.txt" in line for line in both.provenance)
+    again = invoke(cell, *options[:2], "--out", tmp_path / "again.csv", "--beside", shot)
+    assert again.exit_code == 1
+    assert 'both have "reaction_force"; leave it out of one of them' in again.output
+    assert not (tmp_path / "again.csv").exists()

@@ -187,6 +187,22 @@ def test_an_effect_that_all_likely_models_have_is_told_as_such() -> None:
     assert "together" not in sentence_of(replace(found, effects=(replace(one, probability=0.6),)))
 
 
+@pytest.mark.parametrize(("rest", "said"), [(1, "1 further model shares"), (2, "2 further models share")])
+def test_models_beyond_the_named_ones_are_counted(rest: int, said: str) -> None:
+    others = ("bird_mass", "bird_length", "edge_slip", "plate_density")[: 2 + rest]
+    names = ("impact_speed", *(f"impact_speed+{other}" for other in others))
+    shares = dict.fromkeys(names, 0.19)
+    found = diagnosis(
+        replace(figures("impact_speed", (3.5, 5.6)), probability=0.2),
+        verdict=AMBIGUOUS,
+        alarm=0.0005,
+        required_discrepancy={"none": 0.011},
+        confidence_set=names,
+        probabilities=shares,
+    )
+    assert sentence_of(found).endswith(f"; {said} the 95 % set")
+
+
 @pytest.mark.parametrize(
     ("same_bird", "start"),
     [
