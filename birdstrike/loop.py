@@ -314,7 +314,12 @@ def _inversion(plan: LoopPlan, progress: Progress) -> None:
         case=plan.case if plan.adopted else None,
         seed=plan.seed,
         progress=progress,
-        extras=Extras(refine=0, retry=plan.retry, channels=plan.channels),
+        extras=Extras(
+            refine=0,
+            retry=plan.retry,
+            channels=plan.channels,
+            more_runs="run-doe --runs N" if plan.adopted else "--runs N",
+        ),
     )
 
 

@@ -76,7 +76,8 @@ class Extras:
     else the intervals are linearised; retry_failed: runs with a failure on record are tried again;
     retry: those alone whose failure was stored before this time [s, Unix], where a longer command has taken it;
     channels: of the record that are used, all where none is named; mesh_correction: whether a few simulations on a
-    finer mesh correct the campaign's curves; outputs: of the network, "bounded" by the ranges or "linear", the paper's.
+    finer mesh correct the campaign's curves; outputs: of the network, "bounded" by the ranges or "linear", the paper's;
+    more_runs: the option by which the command that asks adds runs, for messages.
     """
 
     refine: int | str = AUTO
@@ -91,6 +92,7 @@ class Extras:
     channels: tuple[str, ...] = ()
     mesh_correction: bool = False
     outputs: str = "bounded"
+    more_runs: str = "--refine N"
 
 
 @fills_out("train-and-invert")
@@ -159,6 +161,7 @@ def train_and_invert(
         hidden=more.hidden,
         copies=more.copies,
         outputs=more.outputs,
+        more_runs=more.more_runs,
         sampling=Sampling() if more.posterior else None,
         analyse=more.posterior,
     )

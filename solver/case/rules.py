@@ -195,7 +195,10 @@ def _target(raw: Raw) -> Iterator[str]:
     if at(raw, "target") is None:
         return
     if at(raw, "plate") is not None:
-        yield "plate and target are both given; keep one: a target has its own parts, materials and supports"
+        yield (
+            "plate and target are both given; keep one: a target has its own parts, materials and supports, and a case "
+            "with one extends no case with the other"
+        )
     generator, materials = at(raw, "target.generator"), at(raw, "target.materials")
     if (kind := GENERATORS.chosen(generator)) is not None:
         yield from kind.broken_rules(generator, "target.generator")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -150,6 +151,22 @@ def test_run_again_nothing_is_due_and_another_record_keeps_the_campaign(
     assert reused(out) == {"doe": True, "inversion": False, "report": False}
     assert solver.strikes <= RUNS + 2 + 2
     assert [a != b for a, b in zip(first, ledger(out)["findings"], strict=True)][:4] == [True] * 4
+
+
+@pytest.mark.usefixtures("short_page", "solver")
+def test_where_the_emulator_is_too_coarse_the_loop_names_an_option_of_its_own(
+    record: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It advised `--refine N`, which train-and-invert has."""
+    monkeypatch.setattr(
+        "birdstrike.inversion.invert.emulator_or_model",
+        lambda found, *_: replace(found, inside=False, coarse="it predicts poorly"),
+    )
+    out = tmp_path / "loop"
+    close(out, record, diagnosis=False)
+    told = " ".join(json.loads((out / "inversion" / "inversion.json").read_text(encoding="utf-8"))["warnings"])
+    assert "add runs (--runs N)" in told
+    assert "--refine" not in told
 
 
 @pytest.mark.usefixtures("campaign_only")
