@@ -111,7 +111,7 @@ def _parts_first(elsets: Sets, sections: list[Section], shells: int) -> dict[str
     """
     asked = [one.options["ELSET"] for one in sections if one.keyword in SHELL_SECTIONS and "ELSET" in one.options]
     named = elsets.named()
-    parts = {name for name in named if name.upper() in {elsets.key(one) for one in asked}}
+    parts = {elsets.spelt[key] for one in asked if (key := elsets.key(one)) is not None}
     if len(set().union(*(named[name] for name in parts))) < shells:
         return named
     return dict(sorted(named.items(), key=lambda one: one[0] not in parts))
