@@ -93,38 +93,31 @@ class Measured:
         sigma = {name: values for name, values in self.sigma.items() if name in channels}
         return replace(self, channels=kept, sigma=sigma, units={name: self.units[name] for name in kept})
 
-    def with_channels_of(self, other: Measured) -> Measured:
-        """The record with those of another file of the same shot, each channel with gaps at the other's instants.
-
-        Raises MeasuredError for a channel that both have.
-        """
-        if twice := [name for name in self.channels if name in other.channels]:
-            raise MeasuredError(
-                [f'{self.path} and {other.path} both have "{name}"; leave it out of one of them' for name in twice]
-            )
-        time = np.union1d(self.time, other.time)
-
-        def on_it(one: Measured, values: Array) -> Array:
-            found = np.full(len(time), np.nan)
-            found[np.searchsorted(time, one.time)] = values
-            return found
-
-        def joined(kind: str) -> dict[str, Array]:
-            return {name: on_it(one, values) for one in (self, other) for name, values in getattr(one, kind).items()}
-
-        return replace(
-            self,
-            time=time,
-            channels=joined("channels"),
-            sigma=joined("sigma"),
-            units={**self.units, **other.units},
-            provenance=(*self.provenance, *other.provenance),
-        )
-
     def points(self, channel: str) -> tuple[Array, Array]:
         """Times [s] and values of one channel, gaps left out."""
         given = np.isfinite(self.channels[channel])
         return self.time[given], self.channels[channel][given]
+
+
+def on_one_clock(records: Sequence[Measured]) -> Measured:
+    """Channels of several records together, each with gaps where its own has no sample.
+
+    Raises MeasuredError for two channels of one name.
+    """
+    time = np.unique(np.concatenate([record.time for record in records]))
+    channels, sigma, units = dict[str, Array](), dict[str, Array](), dict[str, str]()
+    for record in records:
+        if twice := [name for name in record.channels if name in channels]:
+            paths = " and ".join(one.path for one in records)
+            raise MeasuredError([f'{paths} both have "{name}"; leave it out of one of them' for name in twice])
+        at = np.searchsorted(time, record.time)
+        for source, target in ((record.channels, channels), (record.sigma, sigma)):
+            for name, values in source.items():
+                target[name] = np.full(len(time), np.nan)
+                target[name][at] = values
+        units |= record.units
+    notes = tuple(line for record in records for line in record.provenance)
+    return Measured(time, channels, sigma, units, notes, ", ".join(record.path for record in records))
 
 
 def only_channels(records: Sequence[Measured], channels: Sequence[str]) -> list[Measured]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -48,7 +49,7 @@ def import_curve(
     read; rate: of the samples, where the file has no clock, such as "200 kHz"; beside: a record of the same shot, whose
     channels are taken along; the others as in data.import_curve. Raises UserError.
     """
-    from birdstrike.data.curves import as_measured, write_measured
+    from birdstrike.data.curves import as_measured, on_one_clock, write_measured
     from birdstrike.data.import_curve import ImportOptions, import_record
     from birdstrike.inversion.observations.raw import with_sigma, zeroed
 
@@ -75,7 +76,8 @@ def import_curve(
     if sigma:
         record = with_sigma(record, {name: _stated(name, text, record.units[name]) for name, text in sigma.items()})
     if beside is not None:
-        record = as_measured(beside).with_channels_of(record)
+        others = as_measured(beside)
+        record = replace(on_one_clock([others, record]), path=others.path)
     write_measured(out, record)
     if picture is not None:
         from birdstrike.inversion.observations.raw import read_raw

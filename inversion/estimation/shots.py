@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from birdstrike.data.curves import Measured
+from birdstrike.data.curves import Measured, on_one_clock
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
@@ -236,20 +236,19 @@ def _rows(dataset: Dataset, points: Array) -> NDArray[np.int64]:
 
 def _measured(records: Sequence[Measured], offsets: Sequence[float]) -> Measured:
     """All records on one clock, gaps where a record has no sample; record i is `offsets[i]` [s] late."""
-    clocks = [record.time - t0 for record, t0 in zip(records, offsets, strict=True)]
-    time = np.unique(np.concatenate(clocks))
-    channels: dict[str, Array] = {}
-    sigma: dict[str, Array] = {}
-    units: dict[str, str] = {}
-    for i, (record, clock) in enumerate(zip(records, clocks, strict=True)):
-        at = np.searchsorted(time, clock)
-        for source, target in ((record.channels, channels), (record.sigma, sigma)):
-            for name, values in source.items():
-                target[name + suffix(i)] = np.full(len(time), np.nan)
-                target[name + suffix(i)][at] = values
-        units |= {name + suffix(i): unit for name, unit in record.units.items()}
-    notes = tuple(f"{record.path}: {line}" for record in records for line in record.provenance)
-    return Measured(time, channels, sigma, units, notes, ", ".join(record.path for record in records))
+    return on_one_clock(
+        [
+            replace(
+                record,
+                time=record.time - t0,
+                channels={name + suffix(i): values for name, values in record.channels.items()},
+                sigma={name + suffix(i): values for name, values in record.sigma.items()},
+                units={name + suffix(i): unit for name, unit in record.units.items()},
+                provenance=tuple(f"{record.path}: {line}" for line in record.provenance),
+            )
+            for i, (record, t0) in enumerate(zip(records, offsets, strict=True))
+        ]
+    )
 
 
 def _columns(shots: Sequence[Shot], dataset: Dataset) -> Columns:
