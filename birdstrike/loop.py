@@ -326,10 +326,11 @@ def _inversion(plan: LoopPlan, progress: Progress) -> None:
 def _remove_other_diagnosis(plan: LoopPlan) -> None:
     """Remove the diagnosis of another record, case or options: `report`, `export` and `predict` would take it for one
     of the inversion that is about to be made. Its simulations stay."""
+    from birdstrike.inversion.results.diagnosis_files import remove
+
     stage = _diagnosis_stage(plan)
-    if plan.ledger.read().get("stages", {}).get(stage.name, {}).get("fingerprint") != stage.fingerprint():
-        for path in stage.outputs:
-            path.unlink(missing_ok=True)
+    if plan.ledger.made_from(stage.name) != stage.fingerprint():
+        remove(plan.diagnosis)
 
 
 def _diagnosis_inputs(plan: LoopPlan) -> Mapping[str, Any]:

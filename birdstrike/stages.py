@@ -56,6 +56,10 @@ class Ledger:
         except ValueError:
             return {}
 
+    def made_from(self, stage: str) -> str | None:
+        """Fingerprint of what the stage was last made from; None where it was never done."""
+        return self.read().get("stages", {}).get(stage, {}).get("fingerprint")
+
     def write(self, **entries: Any) -> dict[str, Any]:
         """Note `entries` beside what is there, whole or not at all; the new content."""
         content = {**self.read(), **entries}
@@ -69,7 +73,7 @@ def run_stages(stages: Iterable[Stage], ledger: Ledger, display: Display = no_di
     for stage in stages:
         done, fingerprint = ledger.read().get("stages", {}), stage.fingerprint()
         before = done.get(stage.name, {})
-        valid = before.get("fingerprint") == fingerprint and all(path.exists() for path in stage.outputs)
+        valid = ledger.made_from(stage.name) == fingerprint and all(path.exists() for path in stage.outputs)
         if valid and not stage.retries():
             with display(f"{stage.heading}: {STILL_VALID}"):
                 ledger.write(stages={**done, stage.name: {**before, "reused": True}})

@@ -7,22 +7,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from birdstrike.data.curves import LONGEST, Measured, as_measured, only_channels, refuse_twice, shot_names
+from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
-from birdstrike.data.files import write_atomically
-from birdstrike.data.formatting import many, quantity, span
+from birdstrike.data.formatting import quantity, span
 from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress
-from birdstrike.data.tree import save_tree
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations
-from birdstrike.inversion.conditions import same_structure
+from birdstrike.inversion.conditions import case_of_each, parts_of_one_shot, same_structure
 from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
 from birdstrike.inversion.diagnosis.evidence import AUTO, birds_apart
-from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan, unpredictable
@@ -30,12 +26,12 @@ from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import NearFits, with_runs
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
 from birdstrike.inversion.observations.reader import Expected, read_record
-from birdstrike.inversion.results.diagnosis import ATTRIBUTED, Diagnosis
+from birdstrike.inversion.results.diagnosis import Diagnosis
+from birdstrike.inversion.results.diagnosis_files import baseline_file, case_files, write
 from birdstrike.solver.case.case import Case, CaseSource, Parameter, as_case, case_hash
-from birdstrike.solver.case.write import case_toml, copy_case, portable_table
+from birdstrike.solver.case.write import copy_case
 
 RecordLike = str | Path | Measured
-COLUMNS = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
 REFINED_AT_ONCE = 5  # runs, before the emulator is fitted anew
 SHORTEST = 0.25  # of the simulated time: a record that ends earlier is refused
 
@@ -153,7 +149,8 @@ def described(shots: Sequence[NamedRecord], others: Sequence[Measured] = ()) -> 
 
 @dataclass(frozen=True)
 class Records:
-    """What a diagnosis is made of; warnings: a sentence for each baseline that cannot serve."""
+    """What a diagnosis is made of; warnings: sentences on baselines that cannot serve and on files of one
+    shot."""
 
     shots: list[NamedRecord]
     clean: list[NamedRecord]
@@ -184,7 +181,8 @@ def read_records(
             *([] if other is None else [("--heldout", other)]),
         ]
     )
-    return Records(shots, clean, other, warnings)
+    parts = parts_of_one_shot([one.record for one in shots], [one.case for one in shots])
+    return Records(shots, clean, other, (*parts, *warnings))
 
 
 def named_records(
@@ -197,14 +195,8 @@ def named_records(
 
 
 def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRecord]:
-    """Records with their cases in order; a single case serves all. Raises UserError when their numbers do not fit."""
-    cases = [*cases] * (len(records) if len(cases) == 1 else 1)
-    if len(cases) != len(records):
-        raise UserError(
-            f"{many(len(records), 'record')} and {many(len(cases), 'case')}: give one case, or one for each record in "
-            "order, of which CASE is the first"
-        )
-    return [NamedRecord(*one) for one in zip(shot_names(records), cases, records, strict=True)]
+    """Records with their cases and names; raises UserError when their numbers do not fit."""
+    return [NamedRecord(*one) for one in zip(shot_names(records), case_of_each(records, cases), records, strict=True)]
 
 
 def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
@@ -432,73 +424,3 @@ def predicted_shots(
     if not found:
         raise MeasuredError(lost)
     return found, tuple(lost)
-
-
-def write(found: Diagnosis, folder: Path) -> Diagnosis:
-    """Write all files, diagnosis.json last; returns the diagnosis with the name of its case file.
-
-    Files that an earlier diagnosis left there, and this one has not, are removed.
-    """
-    earlier = _files_of_earlier(folder / "diagnosis.json")
-    if found.case is not None and found.after is not None:
-        model = found.after.model.replace(".", "_").replace("@", "_of_")
-        path = folder / f"{found.case.name[:LONGEST]}_with_{model}.toml"
-        write_atomically(path, case_text(found, found.case))
-        found = replace(found, case_after=path.name)
-    for name, channels in zip(curve_files(list(found.curves)), found.curves.values(), strict=True):
-        write_curves(folder / name, channels)
-    if found.model:
-        save_tree(folder / FILE, found.model)
-    found.save(folder / "diagnosis.json")
-    for name in earlier - _files_of(found):
-        (folder / name).unlink(missing_ok=True)
-    return found
-
-
-def _files_of_earlier(path: Path) -> set[str]:
-    """Curves and cases of the diagnosis that a folder holds; none where it holds none that can be read."""
-    try:
-        return _files_of(Diagnosis.read(path))
-    except UserError:
-        return set()
-
-
-def _files_of(found: Diagnosis) -> set[str]:
-    """Names of the curves and cases of a diagnosis."""
-    shots, clean = [one.name for one in found.shots], (found.baseline or {}).get("shots", [])
-    after = {found.case_after} if found.case_after else set[str]()
-    return {*curve_files(shots), *case_files(shots), *map(baseline_file, clean), *after}
-
-
-def baseline_file(name: str) -> str:
-    """Name of the file of a baseline's case."""
-    return f"baseline_{name}.toml"
-
-
-def curve_files(shots: Sequence[str]) -> list[str]:
-    """Names of the files of curves: of the first shot diagnosis.csv."""
-    return [f"diagnosis_{shot}.csv" if i else "diagnosis.csv" for i, shot in enumerate(shots)]
-
-
-def case_files(shots: Sequence[str]) -> list[str]:
-    """Names of the files of the cases as declared: of the first shot case.toml."""
-    return [f"diagnosis_{shot}.toml" if i else "case.toml" for i, shot in enumerate(shots)]
-
-
-def write_curves(path: Path, channels: Mapping[str, Mapping[str, object]]) -> None:
-    """Record, errors and models of one shot, channel below channel."""
-    tables = [
-        pd.DataFrame({"channel": channel, "time_s": one["time"], **{key: one[key] for key in COLUMNS}})
-        for channel, one in channels.items()
-    ]
-    write_atomically(path, pd.concat(tables).to_csv(index=False, float_format="%.9e", lineterminator="\n"))
-
-
-def case_text(found: Diagnosis, case: Case) -> str:
-    """TOML of the case after, headed by what it is; the files that it names are those beside the folder's case.toml."""
-    head = [f"{found.sentence}."]
-    if found.verdict != ATTRIBUTED:
-        model = found.after.model if found.after else ""
-        head.append(f"This case has {model} in it, the likeliest; it is not attributed.")
-    head.append("The calibrated parameters are the refitted ones; the effect stands under [effects] or [instrument].")
-    return "".join(f"# {line}\n" for line in head) + case_toml(case, portable_table(case))

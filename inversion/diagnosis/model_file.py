@@ -24,7 +24,6 @@ from birdstrike.inversion.estimation.mesh_correction import stack
 from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.surrogate.weights import emulator_table, process_table
 
-FILE = "model.npz"
 DRAWS = 200  # of each model's posterior
 LOST = 1e-4  # of the variance of the draws' residuals that is not stored
 Table = dict[str, Any]

@@ -15,12 +15,13 @@ import numpy as np
 from birdstrike.data.curves import Measured, as_list, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
-from birdstrike.data.formatting import listing, many
+from birdstrike.data.formatting import listing
 from birdstrike.data.out_folder import fills_out
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.external.deck import refuse_missing_in_deck
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
+from birdstrike.inversion.conditions import case_of_each
 from birdstrike.inversion.models.campaigns import FitOptions, ModelRuns, ShotSetup, unlike_cases
 from birdstrike.inversion.models.candidates import (
     Candidate,
@@ -204,13 +205,8 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
     """Each record with its case and a name of its own, the slowest first whatever their order; raises UserError."""
     if not records:
         raise UserError("--measured is missing: give one measured-data CSV, or several, each with its --case")
-    if len(cases) not in (1, len(records)):
-        raise UserError(
-            f"{many(len(records), 'record')} and {many(len(cases), 'case')} were given: give CASE alone for all of "
-            "them, or one --case for each --measured, in their order, CASE being the first"
-        )
-    loaded = [as_case(one) for one in (cases if len(cases) == len(records) else cases * len(records))]
     read = [as_measured(one) for one in records]
+    loaded = case_of_each(read, [as_case(one) for one in cases])
     for record in read:
         record.refuse_dead_sensors()
     read = only_channels(read, channels)

@@ -13,12 +13,11 @@ import pandas as pd
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.data.tree import load_tree
-from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.diagnosis.discrepancy import remainder
-from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis
+from birdstrike.inversion.results.diagnosis_files import MODEL, RESULT, curve_files
 from birdstrike.solver.case.case import load_case
 
 Tree = Mapping[str, Any]
@@ -26,9 +25,9 @@ Tree = Mapping[str, Any]
 
 def read_diagnosis(folder: Path) -> Learnt:
     """From the folder of a diagnosis; raises UserError for one that is incomplete or of an earlier version."""
-    found = Diagnosis.read(folder / "diagnosis.json")
-    missing = [name for name in (FILE, "case.toml") if not (folder / name).is_file()]
-    model = {} if missing else load_tree(folder / FILE)
+    found = Diagnosis.read(folder / RESULT)
+    missing = [name for name in (MODEL, "case.toml") if not (folder / name).is_file()]
+    model = {} if missing else load_tree(folder / MODEL)
     if missing or "posterior" not in model or "contacts" not in model:
         raise UserError(
             f"--from {folder}: this diagnosis holds no draws of its models (an earlier version made it, or files were "

@@ -9,9 +9,9 @@ from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.unit_systems import UnitSystem
-from birdstrike.inversion.diagnosis.diagnose import case_files
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.results.diagnosis import Diagnosis
+from birdstrike.inversion.results.diagnosis_files import case_files
 from birdstrike.reports.export import lsdyna_materials, radioss_materials
 from birdstrike.reports.export.cards import cards_of
 from birdstrike.reports.export.fixed_columns import card, columns, comments

@@ -13,9 +13,9 @@ import pandas as pd
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import plain
 from birdstrike.data.formatting import quantity as with_unit
-from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.labels import in_words, runs_near_the_fits
 from birdstrike.inversion.results.diagnosis import Diagnosis, EffectFigures, ShotStates
+from birdstrike.inversion.results.diagnosis_files import curve_files
 from birdstrike.inversion.results.diagnosis_text import beyond, next_step
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.diagnosis import curves_figure, probability_figure, residual_figure

@@ -1,4 +1,4 @@
-"""Whether two cases strike one structure: the same mesh from a file is the same wherever it stands."""
+"""Whether two cases strike one structure, a mesh from a file wherever it stands; what cases say of their records."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured
-from birdstrike.inversion.conditions import same_structure
+from birdstrike.inversion.conditions import parts_of_one_shot, same_structure
 from birdstrike.inversion.diagnosis.baseline import unfit
 from birdstrike.inversion.diagnosis.diagnose import apart
 from birdstrike.inversion.prediction.distance import other_rig
@@ -70,3 +70,17 @@ def test_another_thickness_of_the_struck_part_is_the_same_rig(learnt: Case) -> N
     assert not same_structure(learnt, thick)
     stiff = learnt.overlaid({"target": {"parts": {"stiffeners": {"thickness": "4 mm"}}}})
     assert other_rig(learnt, stiff) == "target.parts"
+
+
+def test_files_of_one_shot_are_told_from_two_shots() -> None:
+    """Taken for two shots, they would count as two birds with clocks of their own."""
+    case, faster = load_case("demo_rig"), load_case("demo_rig", {"impact.speed": "120 m/s"})
+
+    def record(path: str, *sensors: str) -> Measured:
+        curve = np.zeros(3)
+        return Measured(np.arange(3.0), dict.fromkeys(sensors, curve), {}, dict.fromkeys(sensors, "m"), path=path)
+
+    centre, quarter, both = record("a.csv", "centre"), record("b.csv", "quarter"), record("c.csv", "centre", "quarter")
+    (said,) = parts_of_one_shot([centre, quarter, both], [case] * 3)
+    assert "birdstrike import b.csv --beside a.csv" in said
+    assert not list(parts_of_one_shot([centre, quarter], [case, faster]))

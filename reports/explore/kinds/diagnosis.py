@@ -10,11 +10,10 @@ import pandas as pd
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.tree import load_tree
-from birdstrike.inversion.diagnosis.diagnose import curve_files
-from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis, EffectFigures, ShotStates
+from birdstrike.inversion.results.diagnosis_files import MODEL, curve_files
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
 from birdstrike.solver.case.case import Case, load_case
@@ -31,12 +30,12 @@ def holds(folder: Path) -> bool:
 
 def read(folder: Path) -> tuple[View]:
     """The model that was diagnosed; raises UserError for a folder of an earlier version."""
-    if not (folder / FILE).is_file():
+    if not (folder / MODEL).is_file():
         raise UserError(
-            f"no {FILE} in {folder}: its diagnosis was made by an earlier version; repeat birdstrike diagnose with the "
+            f"no {MODEL} in {folder}: an earlier version made its diagnosis; repeat birdstrike diagnose with the "
             "same --out, which finds its simulations there"
         )
-    found, model = Diagnosis.read(folder / "diagnosis.json"), load_tree(folder / FILE)
+    found, model = Diagnosis.read(folder / "diagnosis.json"), load_tree(folder / MODEL)
     fits, parameters = model["fits"], model["parameters"]
     names = [one["name"] for one in model["shots"]]
     told = (found.after if found.after and "after" in fits else found.before).parameters

@@ -11,11 +11,11 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
-from birdstrike.inversion.diagnosis.diagnose import write
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.results.diagnosis import Diagnosis
+from birdstrike.inversion.results.diagnosis_files import write
 from birdstrike.solver.case.write import case_toml
 from tests.inversion.diagnosis.rig import few_simulations, shot, tiny
 

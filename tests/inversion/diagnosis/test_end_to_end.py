@@ -253,7 +253,7 @@ def test_a_case_names_its_own_baselines(laboratory: Laboratory) -> None:
 
 
 def test_numbers_of_records_and_cases_must_fit() -> None:
-    with pytest.raises(UserError, match="one case, or one for each"):
+    with pytest.raises(UserError, match="one case for all records, or one for each"):
         named_records([tiny(), tiny()], [record(), record(), record()])
     with pytest.raises(UserError, match="--baseline-case for each --baseline"):
         clean_shots(named_records(tiny(), record()), [record()], [tiny(), tiny()])

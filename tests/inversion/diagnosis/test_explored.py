@@ -14,7 +14,7 @@ from matplotlib import pyplot as plt
 from birdstrike.data.tree import load_tree, save_tree
 from birdstrike.inversion.diagnosis.before_and_after import predicted
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
-from birdstrike.inversion.diagnosis.model_file import FILE
+from birdstrike.inversion.results.diagnosis_files import MODEL
 from birdstrike.reports.explore.explore import explore
 from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.conftest import Laboratory
@@ -99,11 +99,11 @@ def test_each_sense_of_an_effect_has_its_own_curves_on_the_page(
     """Of a thinner plate, whose response is made twice that of a thicker one."""
     folder = tmp_path / "out"
     shutil.copytree(laboratory.folder / "out", folder)
-    model = load_tree(folder / FILE)
+    model = load_tree(folder / MODEL)
     response = model["systems"][0]["responses"]["plate_thickness"]
     twice = {key: {name: 2.0 * rows for name, rows in response[key].items()} for key in ("signature", "slopes")}
     model["systems"][0]["responses"]["plate_thickness"] = {**response, "negative": twice}
-    save_tree(folder / FILE, model)
+    save_tree(folder / MODEL, model)
     curves = []
     for place in (laboratory.folder / "out", folder):
         browser.open(explore(place))

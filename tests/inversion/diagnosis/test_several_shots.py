@@ -15,7 +15,7 @@ from birdstrike.data.curves import LONGEST, Measured, shot_names
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import quantity
 from birdstrike.inversion.diagnosis.before_and_after import other_record
-from birdstrike.inversion.diagnosis.diagnose import NamedRecord, curve_files, described, diagnose, matched
+from birdstrike.inversion.diagnosis.diagnose import NamedRecord, described, diagnose, matched
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.model_file import model_table
@@ -26,6 +26,7 @@ from birdstrike.inversion.diagnosis.solver_update import _on
 from birdstrike.inversion.diagnosis.system import Linearisation, Nearness, Places, _changed, _numerical, _trends
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NO_RESIDUAL, Diagnosis, errors
+from birdstrike.inversion.results.diagnosis_files import curve_files
 from birdstrike.inversion.results.diagnosis_text import _errors
 from birdstrike.reports.explore.kinds.diagnosis import read
 from birdstrike.reports.export.exported import read_export

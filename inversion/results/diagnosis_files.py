@@ -1,0 +1,98 @@
+"""The files of a diagnosis's folder: what they are called, how they are written, and how an earlier one's go."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+
+from birdstrike.data.curves import LONGEST
+from birdstrike.data.errors import UserError
+from birdstrike.data.files import write_atomically
+from birdstrike.data.tree import save_tree
+from birdstrike.inversion.results.diagnosis import ATTRIBUTED, Diagnosis
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.write import case_toml, portable_table
+
+RESULT = "diagnosis.json"
+MODEL = "model.npz"
+"""What `explore` and `predict` read: responses, records and fits."""
+COLUMNS = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
+
+
+def write(found: Diagnosis, folder: Path) -> Diagnosis:
+    """Write all files, diagnosis.json last; returns the diagnosis with the name of its case file.
+
+    Files that an earlier diagnosis left there, and this one has not, are removed.
+    """
+    earlier = _files_of_earlier(folder)
+    if found.case is not None and found.after is not None:
+        model = found.after.model.replace(".", "_").replace("@", "_of_")
+        path = folder / f"{found.case.name[:LONGEST]}_with_{model}.toml"
+        write_atomically(path, case_text(found, found.case))
+        found = replace(found, case_after=path.name)
+    for name, channels in zip(curve_files(list(found.curves)), found.curves.values(), strict=True):
+        write_curves(folder / name, channels)
+    if found.model:
+        save_tree(folder / MODEL, found.model)
+    found.save(folder / RESULT)
+    for name in earlier - _files_of(found):
+        (folder / name).unlink(missing_ok=True)
+    return found
+
+
+def remove(folder: Path) -> None:
+    """Remove what a diagnosis wrote into its folder, its simulations apart."""
+    for name in (*_files_of_earlier(folder), MODEL, RESULT):
+        (folder / name).unlink(missing_ok=True)
+
+
+def _files_of_earlier(folder: Path) -> set[str]:
+    """Curves and cases of the diagnosis that a folder holds; none where it holds none that can be read."""
+    try:
+        return _files_of(Diagnosis.read(folder / RESULT))
+    except UserError:
+        return set()
+
+
+def _files_of(found: Diagnosis) -> set[str]:
+    """Names of the curves and cases of a diagnosis."""
+    shots, clean = [one.name for one in found.shots], (found.baseline or {}).get("shots", [])
+    after = {found.case_after} if found.case_after else set[str]()
+    return {*curve_files(shots), *case_files(shots), *map(baseline_file, clean), *after}
+
+
+def baseline_file(name: str) -> str:
+    """Name of the file of a baseline's case."""
+    return f"baseline_{name}.toml"
+
+
+def curve_files(shots: Sequence[str]) -> list[str]:
+    """Names of the files of curves: of the first shot diagnosis.csv."""
+    return [f"diagnosis_{shot}.csv" if i else "diagnosis.csv" for i, shot in enumerate(shots)]
+
+
+def case_files(shots: Sequence[str]) -> list[str]:
+    """Names of the files of the cases as declared: of the first shot case.toml."""
+    return [f"diagnosis_{shot}.toml" if i else "case.toml" for i, shot in enumerate(shots)]
+
+
+def write_curves(path: Path, channels: Mapping[str, Mapping[str, object]]) -> None:
+    """Record, errors and models of one shot, channel below channel."""
+    tables = [
+        pd.DataFrame({"channel": channel, "time_s": one["time"], **{key: one[key] for key in COLUMNS}})
+        for channel, one in channels.items()
+    ]
+    write_atomically(path, pd.concat(tables).to_csv(index=False, float_format="%.9e", lineterminator="\n"))
+
+
+def case_text(found: Diagnosis, case: Case) -> str:
+    """TOML of the case after, headed by what it is; the files that it names are those beside the folder's case.toml."""
+    head = [f"{found.sentence}."]
+    if found.verdict != ATTRIBUTED:
+        model = found.after.model if found.after else ""
+        head.append(f"This case has {model} in it, the likeliest; it is not attributed.")
+    head.append("The calibrated parameters are the refitted ones; the effect stands under [effects] or [instrument].")
+    return "".join(f"# {line}\n" for line in head) + case_toml(case, portable_table(case))
