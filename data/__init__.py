@@ -2,7 +2,7 @@
 
 In: files of users (curves, histories of other programs) and results of runs. Out: SI arrays, and files that are whole
 or absent. Read in this order: units.py (the only conversion) and unit_systems.py, errors.py, histories.py and
-dataset.py (what a run and a campaign give), key_labels.py (short names of its parameters), tables/ and curves.py (a
+dataset.py (what a run and a campaign give), formatting.py (numbers and names in words), tables/ and curves.py (a
 measured record), exports/ and import_curve.py (other programs' files), decks/ (another code's results for a deck),
 files.py and store.py (writing), progress.py, vtu.py (pictures), paths.py.
 """

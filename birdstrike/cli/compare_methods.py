@@ -11,7 +11,7 @@ import typer
 
 from birdstrike.cli.frame import Json, RetryFailed, framed, progress_bar, say
 from birdstrike.data.errors import UserError
-from birdstrike.data.key_labels import key_labels
+from birdstrike.data.formatting import key_labels
 from birdstrike.data.out_folder import fills_out
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from birdstrike.cli.frame import (
 )
 from birdstrike.cli.next_steps import following
 from birdstrike.data.errors import UserError
-from birdstrike.data.key_labels import key_labels
+from birdstrike.data.formatting import key_labels
 
 if TYPE_CHECKING:
     from birdstrike.inversion.results.estimates import Answer, ChannelScore, Estimate

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.spatial.distance import pdist
 from scipy.stats import qmc
 
+from birdstrike.data.formatting import key_labels
 from birdstrike.data.histories import Array
-from birdstrike.data.key_labels import key_labels
 from birdstrike.doe.designs.space import ParameterSpace
 
 RANK_TOLERANCE = 1e-3

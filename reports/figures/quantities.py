@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from birdstrike.data.formatting import key_labels
 from birdstrike.data.histories import Array
-from birdstrike.data.key_labels import key_labels
 from birdstrike.data.units import display
 
 _SYMBOLS = {"pressure_cutoff": "PC", "viscosity": "MU", "tension_erosion": "TEROD", "compression_erosion": "CEROD"}

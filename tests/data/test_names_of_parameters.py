@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from birdstrike.data.formatting import plain
-from birdstrike.data.key_labels import key_labels
+from birdstrike.data.formatting import key_labels, plain
 from birdstrike.doe.designs.quality import design_quality
 from birdstrike.inversion.identifiability.directions import _words
 from birdstrike.reports.explore.view import answer, parameter
