@@ -21,13 +21,13 @@ from birdstrike.data.curves import (
 )
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_json
+from birdstrike.data.files import read_json, write_json
 from birdstrike.data.formatting import many, quantity
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.folder import CampaignFolder
+from birdstrike.doe.campaign.folder import CampaignFolder, refusal_of_other_case
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.designs.registry import refuse_seed
@@ -403,10 +403,11 @@ def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -
                 stacklevel=2,
             )
         return given
+    differing = refusal_of_other_case(read_json(doe / "case.json"), given)
     raise UserError(
         f"the campaign in {doe} was run for another case (hash {dataset.case_hash}) than {given.name} "
         f"(hash {case_hash(given)}): its curves cannot explain this one's measurement; make a campaign of this "
-        "case with birdstrike run-doe"
+        "case with birdstrike run-doe" + (f". It is {differing}" if differing else "")
     )
 
 

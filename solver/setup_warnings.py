@@ -175,13 +175,22 @@ def share_beside_plate(case: Case) -> float:
     """
     ring = (np.arange(RINGS) + 0.5) / RINGS
     radius, turn = np.meshgrid(0.5 * case.bird.diameter * np.sqrt(ring), 2.0 * math.pi * ring)
-    x, y, _ = aimed_at(case)
+    (x, y, _), (x_middle, y_middle) = aimed_at(case), middle_of(case)
     heading, z = case.impact.heading, aimed_at(case)[2]
     shift = z / math.tan(case.impact.angle)
     longer, wide = shift + radius * np.cos(turn) / math.sin(case.impact.angle), radius * np.sin(turn)
-    along = np.abs(x + longer * math.cos(heading) - wide * math.sin(heading))
-    across = np.abs(y + longer * math.sin(heading) + wide * math.cos(heading))
+    along = np.abs(x - x_middle + longer * math.cos(heading) - wide * math.sin(heading))
+    across = np.abs(y - y_middle + longer * math.sin(heading) + wide * math.cos(heading))
     return float(np.mean((along > 0.5 * span_along(case)) | (across > 0.5 * case.plate.width)))
+
+
+def middle_of(case: Case) -> tuple[float, float]:
+    """Middle in plan of what is struck, x and y [m]: the origin, but for a mesh from a file, which lies anywhere."""
+    if case.target is None or case.target.mesh is None:
+        return 0.0, 0.0
+    nodes = case.target.source.mesh().nodes
+    x, y, _ = 0.5 * (nodes.min(axis=0) + nodes.max(axis=0))
+    return float(x), float(y)
 
 
 def span_along(case: Case) -> float:

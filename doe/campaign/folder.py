@@ -24,7 +24,7 @@ from birdstrike.data.files import read_json, write_atomically, write_json
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.solver.case.case import Case, case_hash
+from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.case.write import copy_case
 
 DAY = 86400.0
@@ -37,6 +37,11 @@ _ALTERED = (
     "has been edited since the campaign wrote it (its digest is not that in summary.json), so that parameters and "
     "curves need not belong together; put the original back, or delete it and repeat the command that made the "
     "campaign: what stands in runs/ is not simulated again"
+)
+
+_OTHER_CASE = (
+    "or a file that it names, is not what the campaign was run for any more: {differences}; put the original back, or "
+    "repeat the command that made the campaign: what stands in runs/ is not simulated again"
 )
 
 
@@ -87,8 +92,9 @@ class CampaignFolder:
     def altered(self) -> list[str]:
         """One line for each of design.csv and curves.csv that is no longer what summary.json vouches for by its digest.
 
-        Rows beyond those that the summary counts were planned by a call that was stopped; a summary of an older version
-        holds no digest of the curves.
+        And one for case.toml, its mesh or deck included, where it is no longer the case of case.json. Rows beyond those
+        that the summary counts were planned by a call that was stopped; a summary of an older version holds no digest
+        of the curves.
         """
         summary = self.read_summary()
         design, curves = summary.get("design", {}), summary.get("curves", {})
@@ -99,7 +105,18 @@ class CampaignFolder:
                 found.append(f"{self.design} {_ALTERED}")
         if "digest" in curves and self.curves.exists() and file_digest(self.curves) != curves["digest"]:
             found.append(f"{self.curves} {_ALTERED}")
+        if differences := self._changes_of_case():
+            found.append(f"{self.path / 'case.toml'}, {_OTHER_CASE.format(differences=differences)}")
         return found
+
+    def _changes_of_case(self) -> str:
+        """In what case.toml differs from case.json; empty where it does not, or where either cannot be read."""
+        held = read_json(self.path / "case.json")
+        with suppress(UserError):
+            case = load_case(self.path / "case.toml")
+            if held and held["case_hash"] != case_hash(case):
+                return _differences(held["case"], case.canonical())
+        return ""
 
     def other_sources(self, case: Case) -> str:
         """Which things of installed packages have other sources than the campaign in the folder had; empty for none."""
@@ -223,9 +240,16 @@ def _differences(there: Mapping[str, Any], here: Mapping[str, Any], most: int = 
     old, new = flat(there), flat(here)
     changed = [key for key in dict.fromkeys([*old, *new]) if old.get(key) != new.get(key)]
     keys = [key for key in changed if not key.startswith("sources.")]
-    shown = [f"{key} is {old.get(key)} there and {new.get(key)} here (SI)" for key in keys[:most]]
+    shown = [_difference(key, old.get(key), new.get(key)) for key in keys[:most]]
     more = [f"{len(keys) - most} more"] if len(keys) > most else []
     return ", ".join(shown + more)
+
+
+def _difference(key: str, there: Any, here: Any) -> str:
+    """A key's two values in words; of a mesh from a file a case holds the digest of its content."""
+    if key == "target.mesh" and there and here:
+        return f"the mesh that target.mesh names has another content (digest {there} there, {here} here)"
+    return f"{key} is {there} there and {here} here (SI)"
 
 
 def flat(tree: Mapping[str, Any], place: str = "") -> dict[str, Any]:

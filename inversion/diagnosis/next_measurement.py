@@ -25,6 +25,7 @@ from birdstrike.inversion.diagnosis.shots import Shot, responses_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
 from birdstrike.inversion.labels import in_words, label_parts
 from birdstrike.inversion.results.diagnosis import NONE
+from birdstrike.solver.case.case import Case
 from birdstrike.solver.sensors.sensor import Sensor
 
 MOST, LEAST = 6, 0.01  # models compared; posterior probability below which a model is left out
@@ -110,7 +111,9 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
         more = [one for one in (sensor_information(ranking, s, name, compared) for s in own) if one is not None]
         if more:
             where = "one more sensor in every shot" if len(measured) > 1 else "one more sensor"
-            found.append((told(gram + sum(more), columns), name, f"{where}, {described(name, sensor)}"))
+            found.append(
+                (told(gram + sum(more), columns), name, f"{where}, {described(name, sensor, shot.setup.plan.case)}")
+            )
     found.sort(reverse=True)
     needed = ""
     if other_bird:
@@ -261,9 +264,11 @@ def _error(shot: Shot, name: str, t: Array, curve: Array, peak: float) -> Array:
     return np.outer(size, size) * kernel + np.eye(len(t)) * level**2 / max(spacing, 1.0)
 
 
-def described(name: str, sensor: Sensor) -> str:
+def described(name: str, sensor: Sensor, case: Case) -> str:
     """A sensor in words: its kind and place, and its name where the case declares it."""
     place = None if sensor.place is None else [1e3 * x for x in sensor.place]
-    where = "" if place is None else f" at {place[0]:.3g} mm along and {place[1]:.3g} mm across from the plate's centre"
+    of_a_file = case.target is not None and case.target.mesh is not None
+    about = "target.origin" if of_a_file else "the plate's centre"
+    where = "" if place is None else f" at {place[0]:.3g} mm along and {place[1]:.3g} mm across from {about}"
     declared = "" if name.startswith(PREFIX) else f" (the case's {name})"
     return f"{sensor.noun}{where}{declared}"

@@ -22,9 +22,12 @@ from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.inversion.estimation.mesh_correction import FINE_RUNS, FINER_SHELLS, fine_mesh, spread
+from birdstrike.solver.build import rest_mesh
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.registry import effects_of
+from birdstrike.solver.sensors.displacement import Displacement
+from birdstrike.solver.setup_warnings import middle_of
 
 COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
 """Particles of the campaign, and the least number of shells a side."""
@@ -280,7 +283,7 @@ def labelled(cases: Sequence[Mapping[str, Case]]) -> dict[str, Case]:
 
 PREFIX = "probe_"
 PLACES = {"centre": (0.0, 0.0), "fore": (0.25, 0.0), "aft": (-0.25, 0.0), "side": (0.0, 0.25), "corner": (0.25, 0.25)}
-"""Place's name -> shares of length and width from the plate's centre."""
+"""Place's name -> shares of length and width from the middle of what is struck."""
 STRAINS = ("centre", "fore", "side")
 TOO_NEAR = 0.02  # of length and width: a sensor that near to one of its kind shows nothing new
 
@@ -302,14 +305,23 @@ def _has(case: Case, kind: str, place: tuple[float, float]) -> bool:
     return any(all(abs(a - b) <= far for a, b, far in zip(one, place, near, strict=True)) for one in own)
 
 
+def _on_shells(case: Case, at: Sequence[str]) -> bool:
+    """Whether a place in plan is on the target: a mesh from a file may have any outline, and holes."""
+    if case.target is None or case.target.mesh is None:
+        return True
+    return not list(Displacement.model_validate({"at": at}).misplaced("", rest_mesh(case)))
+
+
 def candidates(case: Case) -> dict[str, Any]:
-    """Tables of the candidate sensors."""
+    """Tables of the candidate sensors, those left out whose place is on no shell of a mesh from a file."""
     found: dict[str, Any] = {}
+    middle = middle_of(case)
     for kind, names in (("displacement", PLACES), ("strain", STRAINS)) if not case.plate.rigid else ():
         for name in names:
-            place = (PLACES[name][0] * case.plate.length, PLACES[name][1] * case.plate.width)
-            if not _has(case, kind, place):
-                at = [f"{1e3 * x:.6g} mm" for x in place]
+            x, y = PLACES[name]
+            place = (middle[0] + x * case.plate.length, middle[1] + y * case.plate.width)
+            at = [f"{1e3 * x:.6g} mm" for x in place]
+            if not _has(case, kind, place) and _on_shells(case, at):
                 found[f"{PREFIX}{kind}_{name}"] = {"kind": kind, "at": at}
     kinds = {sensor.kind for sensor in case.sensors.values()}
     if "reaction_force" not in kinds:

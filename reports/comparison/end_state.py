@@ -11,6 +11,7 @@ from birdstrike.data.histories import Array, Histories, Snapshot
 from birdstrike.reports.figures.views import push_direction
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.estimate import first_period
+from birdstrike.solver.setup_warnings import middle_of
 
 QUIET = 0.01  # of the largest contact force: below it the bird is taken to have left
 
@@ -67,5 +68,6 @@ def share_behind(case: Case, snapshots: Sequence[Snapshot]) -> float:
     x, y, z = last.particles.T
     left = last.nodes[np.unique(last.quads), 2]
     deepest = float((push * left).max()) if left.size else 0.0
-    inside = (np.abs(x) < case.plate.length / 2) & (np.abs(y) < case.plate.width / 2)
+    x_middle, y_middle = middle_of(case)
+    inside = (np.abs(x - x_middle) < case.plate.length / 2) & (np.abs(y - y_middle) < case.plate.width / 2)
     return float((inside & (push * z > deepest + case.plate.thickness) & ~last.eroded).mean())

@@ -15,6 +15,9 @@ from birdstrike.reports.figures.quantities import labelled, milliseconds, shown,
 from birdstrike.reports.figures.style import BLACK, METHOD_MARKERS, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import MARK, RECORD, look
 
+LATE = 0.7
+"""Share of the record's end from which on a peak's value stands before its drop line: behind it, it leaves the axes."""
+
 
 @dataclass(frozen=True)
 class VerifiedCurve:
@@ -78,15 +81,17 @@ def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str, span
 
 
 def _mark_peak(axes: Axes, time: Array, values: Array, unit: str) -> None:
-    """A drop line to the time axis and the peak's value beside it, clear of the curve."""
+    """A drop line to the time axis and the peak's value beside it, clear of the curve and within the axes."""
     top = int(np.nanargmax(np.abs(values)))
     mark = MARK + RECORD
+    side, to = (1, "left") if time[top] < LATE * time[-1] else (-1, "right")
     axes.vlines(time[top], 0.0, values[top], color=BLACK, linewidth=0.7, linestyle=":", gid=mark)
     axes.annotate(
         f"peak {significant(float(values[top]))} {unit} at {significant(float(time[top]))} ms",
         xy=(time[top], 0.0),
-        xytext=(5, 5),
+        xytext=(5 * side, 5),
         textcoords="offset points",
+        horizontalalignment=to,
         fontsize=8,
         gid=mark,
         path_effects=[withStroke(linewidth=2.5, foreground="white")],  # curves may cross it

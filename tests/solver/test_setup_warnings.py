@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -76,25 +77,39 @@ def test_the_mesh_that_is_named_instead_is_fine_enough() -> None:
         assert coarse_mesh(load_case("reference_strike", settings)) == []
 
 
-def test_a_coarse_mesh_from_a_file_is_told_at_once(tmp_path: Path) -> None:
-    """It cannot be refined for a better number to name."""
-    x = np.linspace(-0.1, 0.1, 4)
+def sheet_from_a_file(folder: Path, corner: float = -0.1) -> dict[str, Any]:
+    """Table of a case whose target is a file's square of 3 x 3 shells, 0.2 m wide; corner: its x and y [m]."""
+    x = corner + np.linspace(0.0, 0.2, 4)
     nodes = np.array([[a, b, 0.0] for a in x for b in x])
     quads = np.array([[4 * i + j, 4 * i + 4 + j, 4 * i + 5 + j, 4 * i + 1 + j] for i in range(3) for j in range(3)])
     table = load_case("openradioss_panel").table
     table["target"] = {
         **{key: table["target"][key] for key in ("materials",)},
-        "mesh": str(abaqus_file(tmp_path / "plate.inp", nodes, [("S4", "skin", 1, quads)], {})),
+        "mesh": str(abaqus_file(folder / "plate.inp", nodes, [("S4", "skin", 1, quads)], {})),
         "mesh_unit": "m",
         "parts": {"skin": {"thickness": "3 mm", "material": "aluminium"}},
         "supports": {"free_edges": "clamped"},
     }
     table["sensors"] = {"w": {"kind": "displacement"}}
-    (said, *_) = coarse_mesh(load_case(table))
+    return table
+
+
+def test_a_coarse_mesh_from_a_file_is_told_at_once(tmp_path: Path) -> None:
+    """It cannot be refined for a better number to name."""
+    (said, *_) = coarse_mesh(load_case(sheet_from_a_file(tmp_path)))
     assert "3 shells across the plate" in said
     assert "refine the file of target.mesh" in said
     assert "compare with a simulation on a finer file" in said
     assert "birdstrike converge" not in said
+
+
+def test_the_share_beside_a_mesh_from_a_file_hangs_on_its_place_and_not_on_the_origin(tmp_path: Path) -> None:
+    """A mesh whose corner is the origin was said to be missed by a bird that meets its middle."""
+    table = sheet_from_a_file(tmp_path, corner=0.0)
+    table["impact"]["point"] = ["100 mm", "100 mm", "0 mm"]
+    assert share_beside_plate(load_case(table)) == 0.0
+    table["impact"]["point"] = ["0 mm", "100 mm", "0 mm"]
+    assert share_beside_plate(load_case(table)) == pytest.approx(0.5, abs=0.005)
 
 
 def test_a_point_beside_the_plate_is_named_as_such() -> None:

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pandas as pd
 import pytest
@@ -21,11 +22,18 @@ from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.doe.designs.design import Design
 from birdstrike.inversion.train_and_invert import campaign_case
-from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.case import Case, case_from_table, case_hash, load_case
 from tests.doe.stand_in import TIME, VERSION, attempts, design, recording, reference, strike
 
 HIGHEST = 1000.0
 """[Pa s] Viscosity above which the stand-in breaks where a test wants that."""
+METAL = {"law": "bilinear", "young": "71 GPa", "poisson": 0.3, "density": "2780 kg/m^3", "yield_stress": "690 MPa"}
+TARGET = {
+    "mesh_unit": "m",
+    "parts": {"part_1": {"thickness": "3 mm", "material": "metal"}},
+    "materials": {"metal": METAL},
+    "supports": {"free_edges": "clamped"},
+}
 
 
 def campaign(out: Path, planned: Design | None = None, case: Case | None = None, **options: object) -> Dataset:
@@ -336,3 +344,32 @@ def test_an_edited_campaign_is_refused_wherever_it_is_read(tmp_path: Path, name:
     (out / name).unlink()
     same(campaign(out), first)
     assert (out / name).read_bytes() == before
+
+
+def test_a_campaign_whose_case_was_edited_is_refused_wherever_it_is_read(tmp_path: Path) -> None:
+    """Report, page of sliders and inversion would describe a case that the curves are not of."""
+    campaign(tmp_path)
+    case = tmp_path / "case.toml"
+    before = case.read_text(encoding="utf-8")
+    case.write_text(before.replace('speed = "91.1 m/s"', 'speed = "80 m/s"'), encoding="utf-8")
+    with pytest.raises(UserError, match=r"not what the campaign was run for any more: impact\.speed is 91.1"):
+        load_dataset(tmp_path)
+    checked = CliRunner().invoke(app, ["check", str(tmp_path), "--json"])
+    assert "impact.speed is 91.1" in json.loads(checked.stdout.splitlines()[-1])["warnings"][0]
+    case.write_text(before, encoding="utf-8")
+    load_dataset(tmp_path)
+
+
+def test_another_mesh_is_named_as_such(tmp_path: Path) -> None:
+    """A case holds a mesh by its digest, which says nothing to a reader and has no unit."""
+    nodes = np.array([[x, y, 0.0] for y in (-1, 0, 1) for x in (-1, 0, 1)]) * 0.1
+    quads = np.array([[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]])
+    mesh = tmp_path / "plate.vtk"
+    meshio.Mesh(nodes, [("quad", quads)]).write(mesh)
+    table = reference().table | {"target": TARGET | {"mesh": str(mesh)}}
+    del table["plate"]
+    campaign(tmp_path / "out", case=case_from_table(table, "plate"))
+    nodes[4, 0] += 0.01
+    meshio.Mesh(nodes, [("quad", quads)]).write(mesh)
+    with pytest.raises(UserError, match=r"the mesh that target.mesh names has another content \(digest \w+ there, "):
+        campaign(tmp_path / "out", case=case_from_table(table, "plate"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,14 +15,16 @@ from birdstrike.effects import Effect, register, unregister
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
 from birdstrike.inversion.diagnosis.hypotheses import Suspect, family_of, hypotheses
 from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature
-from birdstrike.inversion.diagnosis.plan import Block, Known, candidates, library, make_plan, two_level
+from birdstrike.inversion.diagnosis.plan import Block, Known, candidates, library, make_plan, two_level, with_probes
 from birdstrike.inversion.diagnosis.responses import learn_responses
 from birdstrike.inversion.diagnosis.setup import unpredictable
 from birdstrike.inversion.estimation.mesh_correction import spread
 from birdstrike.inversion.results.diagnosis import NONE
+from birdstrike.solver.build import rest_mesh
 from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, recorded
+from tests.solver.test_setup_warnings import sheet_from_a_file
 
 
 def test_two_level_columns_are_orthogonal_and_balanced() -> None:
@@ -254,6 +257,26 @@ def test_a_candidate_sensor_beside_one_of_its_kind_is_none() -> None:
     assert "probe_displacement_fore" not in found
     assert {"probe_displacement_aft", "probe_displacement_side", "probe_strain_fore"} <= set(found)
     assert "probe_strain_centre" not in found
+
+
+def test_candidate_sensors_lie_on_a_mesh_from_a_file_wherever_its_origin_is(tmp_path: Path) -> None:
+    """Places counted from the origin were off a mesh that begins there, and ended the diagnosis with an error."""
+    case = load_case(sheet_from_a_file(tmp_path, corner=0.0))
+    found = candidates(case)
+    assert found["probe_strain_centre"]["at"] == ["100 mm", "100 mm"]
+    assert found["probe_displacement_corner"]["at"] == ["150 mm", "150 mm"]
+    mesh = rest_mesh(case)
+    assert not [line for name, sensor in with_probes(case).sensors.items() for line in sensor.misplaced(name, mesh)]
+
+
+def test_a_candidate_sensor_off_the_outline_of_a_mesh_is_none(tmp_path: Path) -> None:
+    """Of 3 x 3 shells an angle is left, along two sides."""
+    table = sheet_from_a_file(tmp_path)
+    mesh, gone = tmp_path / "plate.inp", ("5, 6,", "6, 7,", "8, 10,", "9, 11,")
+    mesh.write_text("".join(line for line in mesh.read_text().splitlines(True) if not line.startswith(gone)))
+    found = candidates(load_case(table))
+    assert "probe_displacement_aft" in found
+    assert "probe_displacement_corner" not in found
 
 
 @pytest.mark.parametrize("size", [-0.02, 0.0, float("nan")])

@@ -146,6 +146,16 @@ def on_show(figure: Figure) -> list[Axes]:
 
 
 @every_figure
+def test_the_words_of_a_peak_at_a_record_s_end_stay_within_the_axes() -> None:
+    """Behind the drop line they left the axes, which were then drawn narrower than those of the other sensors."""
+    rising = 1e-3 * RECORD_TIMES / RECORD_TIMES[-1]
+    figure = comparison_figure("displacement_centre", "m", RECORD_TIMES, rising, None, "record, measured", {})
+    figure.draw_without_rendering()
+    above = figure.axes[0]
+    (words,) = (text for text in above.texts if text.get_text().startswith("peak"))
+    assert words.get_window_extent().x1 <= above.bbox.x1
+
+
 def test_figure_has_ink(draw: Callable[[], Figure]) -> None:
     pixels = images.imread(BytesIO(png(draw(), 60)))[..., :3]
     assert np.mean(np.any(pixels < 0.9, axis=-1)) > 0.01
