@@ -191,6 +191,15 @@ def aimed_at(case: Case) -> Array:
     return start
 
 
+def middle_of(case: Case) -> tuple[float, float]:
+    """Middle in plan of what is struck, x and y [m]: the origin, but for a mesh from a file, which lies anywhere."""
+    if case.target is None or case.target.mesh is None:
+        return 0.0, 0.0
+    nodes = case.target.source.mesh().nodes
+    x, y, _ = 0.5 * (nodes.min(axis=0) + nodes.max(axis=0))
+    return float(x), float(y)
+
+
 def build_hexahedra(case: Case) -> tuple[HexBird, float]:
     """Lagrangian bird of the case, its hourglass control that of its material unless the case names one."""
     b, s = case.bird, case.solver

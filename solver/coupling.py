@@ -10,7 +10,7 @@ import numpy as np
 from birdstrike.data.errors import CaseError, RunFailed
 from birdstrike.data.histories import Snapshot
 from birdstrike.solver.bird.body import BirdBody
-from birdstrike.solver.build import build_bird, build_plate
+from birdstrike.solver.build import build_bird, build_plate, middle_of
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.energy_balance import Balance
@@ -103,7 +103,8 @@ class Coupling:
         flown = (lowest[2] - self.contact.gap) / math.tan(case.impact.angle)
         heading = case.impact.heading
         touch = lowest[:2] + flown * np.array([math.cos(heading), math.sin(heading)])
-        return bool(np.any(np.abs(touch) > 0.5 * np.array([case.plate.length, case.plate.width])))
+        off = np.abs(touch - middle_of(case))
+        return bool(np.any(off > 0.5 * np.array([case.plate.length, case.plate.width])))
 
     @property
     def at_bird(self) -> bool:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.solver.build import aimed_at, direction_of, rest_mesh, stiffness_of
+from birdstrike.solver.build import aimed_at, direction_of, middle_of, rest_mesh, stiffness_of
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.remarks import remarks
 from birdstrike.solver.sensors.instrument import unrecorded
@@ -182,15 +182,6 @@ def share_beside_plate(case: Case) -> float:
     along = np.abs(x - x_middle + longer * math.cos(heading) - wide * math.sin(heading))
     across = np.abs(y - y_middle + longer * math.sin(heading) + wide * math.cos(heading))
     return float(np.mean((along > 0.5 * span_along(case)) | (across > 0.5 * case.plate.width)))
-
-
-def middle_of(case: Case) -> tuple[float, float]:
-    """Middle in plan of what is struck, x and y [m]: the origin, but for a mesh from a file, which lies anywhere."""
-    if case.target is None or case.target.mesh is None:
-        return 0.0, 0.0
-    nodes = case.target.source.mesh().nodes
-    x, y, _ = 0.5 * (nodes.min(axis=0) + nodes.max(axis=0))
-    return float(x), float(y)
 
 
 def span_along(case: Case) -> float:

@@ -22,12 +22,11 @@ from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.inversion.estimation.mesh_correction import FINE_RUNS, FINER_SHELLS, fine_mesh, spread
-from birdstrike.solver.build import rest_mesh
+from birdstrike.solver.build import middle_of, rest_mesh
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.registry import effects_of
 from birdstrike.solver.sensors.displacement import Displacement
-from birdstrike.solver.setup_warnings import middle_of
 
 COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
 """Particles of the campaign, and the least number of shells a side."""

@@ -9,9 +9,9 @@ from scipy.integrate import cumulative_trapezoid
 
 from birdstrike.data.histories import Array, Histories, Snapshot
 from birdstrike.reports.figures.views import push_direction
+from birdstrike.solver.build import middle_of
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.estimate import first_period
-from birdstrike.solver.setup_warnings import middle_of
 
 QUIET = 0.01  # of the largest contact force: below it the bird is taken to have left
 

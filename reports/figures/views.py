@@ -41,8 +41,9 @@ def nearest(snapshots: Sequence[Snapshot], time: float) -> Snapshot:
 
 
 def mid_line(resting: Array) -> NDArray[np.intp]:
-    """Numbers of the nodes on the plate's long mid line (the row nearest y = 0), in order of x."""
-    middle = resting[np.argmin(np.abs(resting[:, 1])), 1]
+    """Numbers of the nodes on the plate's long mid line (the row nearest its middle), in order of x."""
+    across = resting[:, 1]
+    middle = across[np.argmin(np.abs(across - 0.5 * (across.min() + across.max())))]
     row = np.flatnonzero(np.isclose(resting[:, 1], middle, rtol=0.0, atol=1e-6))
     return row[np.argsort(resting[row, 0])]
 
@@ -51,9 +52,10 @@ def window(snapshots: Sequence[Snapshot], scene: Scene) -> tuple[Array, Array]:
     """x and height limits [mm] around plate and bird; pieces that fly far off don't shrink the rest."""
     resting, up = scene.resting, scene.up
     pieces = np.concatenate([s.particles[~s.eroded] for s in snapshots])
-    edge = float(np.abs(resting[:, 0]).max())
-    low, high = np.percentile(pieces[:, 0], (0.5, 99.5)) if len(pieces) else (-edge, edge)
-    x = np.array([max(min(low, -edge), -1.5 * edge) - 0.01, min(max(high, edge), 1.5 * edge) + 0.01])
+    left, right = float(resting[:, 0].min()), float(resting[:, 0].max())
+    beyond = 0.25 * (right - left)
+    low, high = np.percentile(pieces[:, 0], (0.5, 99.5)) if len(pieces) else (left, right)
+    x = np.array([max(min(low, left), left - beyond) - 0.01, min(max(high, right), right + beyond) + 0.01])
     top = float(np.percentile(up * pieces[:, 2], 99.5)) if len(pieces) else 0.0
     bottom = min(float((up * s.nodes[:, 2]).min()) for s in snapshots)
     return x * 1e3, np.array([min(bottom, 0.0) - 0.02, max(top, 0.02) + 0.015]) * 1e3

@@ -12,6 +12,7 @@ import pytest
 from birdstrike.cli.frame import gravity
 from birdstrike.data.paths import CASES, TEMPLATES
 from birdstrike.solver.case.case import load_case
+from birdstrike.solver.estimate import estimate
 from birdstrike.solver.setup_warnings import (
     MESH_LIMIT,
     bird_beside_plate,
@@ -108,6 +109,7 @@ def test_the_share_beside_a_mesh_from_a_file_hangs_on_its_place_and_not_on_the_o
     table = sheet_from_a_file(tmp_path, corner=0.0)
     table["impact"]["point"] = ["100 mm", "100 mm", "0 mm"]
     assert share_beside_plate(load_case(table)) == 0.0
+    assert estimate(load_case(table))["first_contact"] is not None
     table["impact"]["point"] = ["0 mm", "100 mm", "0 mm"]
     assert share_beside_plate(load_case(table)) == pytest.approx(0.5, abs=0.005)
 

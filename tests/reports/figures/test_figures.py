@@ -26,7 +26,7 @@ from birdstrike.reports.figures.stress import stress_figure, stress_scales
 from birdstrike.reports.figures.style import inline_svg, png
 from birdstrike.reports.figures.switches import mark_legends, readings, switches_in, with_switches
 from birdstrike.reports.figures.training import hidden_size_figure, training_figure
-from birdstrike.reports.figures.views import Scene, mid_line, push_direction
+from birdstrike.reports.figures.views import Scene, mid_line, push_direction, window
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, plate, strike
 
 RUN = strike()
@@ -146,16 +146,6 @@ def on_show(figure: Figure) -> list[Axes]:
 
 
 @every_figure
-def test_the_words_of_a_peak_at_a_record_s_end_stay_within_the_axes() -> None:
-    """Behind the drop line they left the axes, which were then drawn narrower than those of the other sensors."""
-    rising = 1e-3 * RECORD_TIMES / RECORD_TIMES[-1]
-    figure = comparison_figure("displacement_centre", "m", RECORD_TIMES, rising, None, "record, measured", {})
-    figure.draw_without_rendering()
-    above = figure.axes[0]
-    (words,) = (text for text in above.texts if text.get_text().startswith("peak"))
-    assert words.get_window_extent().x1 <= above.bbox.x1
-
-
 def test_figure_has_ink(draw: Callable[[], Figure]) -> None:
     pixels = images.imread(BytesIO(png(draw(), 60)))[..., :3]
     assert np.mean(np.any(pixels < 0.9, axis=-1)) > 0.01
@@ -260,6 +250,19 @@ def test_the_bird_comes_from_above() -> None:
     assert len(line) == 51
 
 
+def test_a_view_and_its_mid_line_move_with_the_plate() -> None:
+    """A mesh from a file may begin at the origin."""
+    away = np.array([0.4, 0.2, 0.0])
+    moved = [replace(s, nodes=s.nodes + away, particles=s.particles + away) for s in RUN.snapshots]
+    np.testing.assert_array_equal(mid_line(RESTING + away), mid_line(RESTING))
+    (x, height), (x_there, height_there) = (
+        window(RUN.snapshots, SCENE),
+        window(moved, replace(SCENE, resting=RESTING + away)),
+    )
+    np.testing.assert_allclose(x_there, x + 1e3 * away[0], rtol=1e-12)
+    np.testing.assert_array_equal(height_there, height)
+
+
 def test_one_scale_of_stress_holds_all_models() -> None:
     gentle, hard = RUN.snapshots[2], replace(RUN.snapshots[2], bird_stress=30.0 * RUN.snapshots[2].bird_stress)
     together, alone = stress_scales([gentle, hard]), stress_scales([gentle])
@@ -300,3 +303,13 @@ def test_the_pointer_reads_the_curves_where_they_are_drawn() -> None:
     assert left > 20
     assert left + width <= whole[0]
     assert top + height < below["box"][1] + below["box"][3] <= whole[1]
+
+
+def test_the_words_of_a_peak_at_a_record_s_end_stay_within_the_axes() -> None:
+    """Behind the drop line they left the axes, which were then drawn narrower than those of the other sensors."""
+    rising = 1e-3 * RECORD_TIMES / RECORD_TIMES[-1]
+    figure = comparison_figure("displacement_centre", "m", RECORD_TIMES, rising, None, "record, measured", {})
+    figure.draw_without_rendering()
+    above = figure.axes[0]
+    (words,) = (text for text in above.texts if text.get_text().startswith("peak"))
+    assert words.get_window_extent().x1 <= above.bbox.x1
