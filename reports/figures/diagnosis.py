@@ -135,8 +135,9 @@ def _panels(curves: pd.DataFrame, row: float, rest: float) -> tuple[Figure, dict
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     for axes in grid.flat[len(channels) :]:
         axes.set_visible(False)
-    for axes in grid[-1]:
+    for axes in grid.flat[max(len(channels) - columns, 0) : len(channels)]:  # the lowest of each column
         axes.set_xlabel("time [ms]")
+        axes.tick_params(labelbottom=True)
     return figure, dict(zip(channels, grid.flat, strict=False))
 
 

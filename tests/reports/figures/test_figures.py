@@ -9,6 +9,7 @@ from io import BytesIO
 
 import matplotlib.image as images
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -17,6 +18,7 @@ from birdstrike.reports.comparison.end_state import impulse
 from birdstrike.reports.figures.curves import VerifiedCurve, comparison_figure
 from birdstrike.reports.figures.cut import Sheets
 from birdstrike.reports.figures.design import design_figure
+from birdstrike.reports.figures.diagnosis import residual_figure
 from birdstrike.reports.figures.models import ModelCurve, RecordCurve, models_figure, running_mean
 from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
 from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
@@ -313,3 +315,19 @@ def test_the_words_of_a_peak_at_a_record_s_end_stay_within_the_axes() -> None:
     above = figure.axes[0]
     (words,) = (text for text in above.texts if text.get_text().startswith("peak"))
     assert words.get_window_extent().x1 <= above.bbox.x1
+
+
+def test_each_column_of_a_residual_figure_has_its_time_below() -> None:
+    """Of three sensors the second column ends a row above the first."""
+    names = ("displacement_centre", "displacement_quarter", "reaction_force")
+    columns = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
+    table = [{"channel": name, "time_s": t} | dict.fromkeys(columns, 1.0) for name in names for t in RECORD_TIMES]
+    figure = residual_figure(pd.DataFrame(table), dict(zip(names, ("m", "m", "N"), strict=True)))
+    figure.draw_without_rendering()
+    titled = [axes.get_xlabel() for axes in figure.axes[:3]]
+    assert titled == ["", "time [ms]", "time [ms]"]
+    assert [any(label.get_visible() for label in axes.get_xticklabels()) for axes in figure.axes[:3]] == [
+        False,
+        True,
+        True,
+    ]
