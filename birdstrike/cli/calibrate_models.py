@@ -45,7 +45,9 @@ def command(
         ),
     ] = "null,elastic,plastic_kinematic,hydrodynamic,murnaghan",
     shot_case: ShotCases = [],  # noqa: B006 (typer copies it)
-    runs: Annotated[int, typer.Option(help="Simulations of each campaign; at most 15 more near the answer.")] = 20,
+    runs: Annotated[
+        int, typer.Option(help="Simulations of each campaign, 8 to 2000; at most 15 more near the answer.")
+    ] = 20,
     seed: Annotated[int, typer.Option(min=0, help="Of designs, emulators, sampling and bootstrap.")] = 0,
     workers: Annotated[int | None, typer.Option(help="Simulations at a time; all cores by default.")] = None,
     posterior: Annotated[bool, typer.Option(help="Draw the posteriors; else linearised intervals.")] = True,

@@ -48,7 +48,7 @@ def command(
         list[str],
         typer.Option(metavar="KEY=VALUE", help='One standard deviation: --tolerance impact.speed="1 m/s"; repeatable.'),
     ] = [],  # noqa: B006
-    budget: Annotated[int, typer.Option(help="Simulations of the new case, 8 at the least.")] = 40,
+    budget: Annotated[int, typer.Option(help="Simulations of the new case, 8 to 2000.")] = 40,
     leave_behind: Annotated[
         str, typer.Option(metavar="NAME,...", help="Effects that do not go with the new case.")
     ] = "",

@@ -52,12 +52,18 @@ class Cluster(NamedTuple):
 def cluster(address: str) -> Iterator[Cluster]:
     """The cluster of the scheduler at `address` ("tcp://host:8786"); what is not done yet is withdrawn on leaving.
 
-    Raises UserError when no scheduler answers, and when a worker has no birdstrike or another version of its solver.
+    Raises UserError for what is no address, when no scheduler answers, and when a worker has no birdstrike or another
+    version of its solver.
     """
     try:
         from distributed import Client, KilledWorker
+        from distributed.comm import get_address_host_port
     except ModuleNotFoundError as error:
         raise UserError('--scheduler needs dask.distributed: pip install "birdstrike[cluster]"') from error
+    try:
+        get_address_host_port(address)  # a Client that cannot read it would wait 40 s and end with a traceback
+    except ValueError as error:
+        raise UserError(f"--scheduler = {address} is no address ({error}); write tcp://host:8786") from error
     try:
         client = Client(address, timeout=ANSWER_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:

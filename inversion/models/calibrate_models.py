@@ -18,6 +18,7 @@ from birdstrike.data.files import plain as plain_json
 from birdstrike.data.formatting import listing
 from birdstrike.data.out_folder import fills_out
 from birdstrike.doe.campaign.run import retry_before
+from birdstrike.doe.designs.uniform import LARGEST
 from birdstrike.doe.external.deck import refuse_missing_in_deck
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
@@ -88,7 +89,7 @@ def calibrate_models(
     models : str or sequence of str
         MODEL, MODEL+LAW, or LAW for null+LAW; models.json ranks these.
     runs : int
-        Simulations of each campaign (a model and a shot), at least 8; up to 15 more near the answer.
+        Simulations of each campaign (a model and a shot), 8 to 2000; up to 15 more near the answer.
     seed : int
         Of designs, emulators, sampling and bootstrap.
     workers : int, optional
@@ -122,8 +123,11 @@ def calibrate_models(
     refuse_unknown(asked := as_list(optimisers))
     if budget < 1:
         raise UserError(f"--budget = {budget} is below 1: an optimiser spends at least one simulation of each shot")
-    if runs < FEWEST_RUNS:
-        raise UserError(f"--runs = {runs} is below {FEWEST_RUNS}: an emulator of several constants needs at least that")
+    if not FEWEST_RUNS <= runs <= LARGEST:
+        raise UserError(
+            f"--runs = {runs} is outside {FEWEST_RUNS} .. {LARGEST}: an emulator of several constants needs at least "
+            f"{FEWEST_RUNS}, a uniform design has at most {LARGEST}; 20 is usual"
+        )
     setups = _setups(as_list(case), as_list(measured), as_list(channels))
     _refuse_what_does_not_fit(chosen, setups)
     folder, options = (

@@ -115,8 +115,8 @@ def prepared(new: Case, known: Learnt, folder: Path, choice: PredictOptions) -> 
 
     Raises UserError for a budget, case, tolerance or effect that cannot be predicted with, RunFailed for too few runs.
     """
-    if choice.budget < LEAST_BUDGET:
-        raise UserError(f"--budget = {choice.budget} is below {LEAST_BUDGET}; {BUDGET} is usual")
+    if not LEAST_BUDGET <= choice.budget <= DRAWS:
+        raise UserError(f"--budget = {choice.budget} is outside {LEAST_BUDGET} .. {DRAWS}; {BUDGET} is usual")
     refuse_another_bird(known, new)
     carried = carried_effects(known, new, choice.leave_behind)
     tolerances = tolerances_of(new, choice.tolerances or {}, known)

@@ -81,6 +81,13 @@ def test_a_scheduler_that_does_not_answer_is_the_user_s_error(monkeypatch: pytes
         pass
 
 
+def test_what_is_no_address_of_a_scheduler_is_named_at_once() -> None:
+    """It was handed to dask, whose client then waited 40 s and ended with a traceback."""
+    answer = "--scheduler = foo is no address .*port.*; write tcp://host:8786"
+    with pytest.raises(UserError, match=answer), cluster("foo"):
+        pass
+
+
 def test_a_worker_of_another_version_is_refused(monkeypatch: pytest.MonkeyPatch, address: str) -> None:
     with pytest.raises(WrongWorker, match="workers with another solver version than 0123"):
         SameSolver(strike, "0123")(reference())

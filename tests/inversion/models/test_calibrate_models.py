@@ -522,6 +522,15 @@ def test_one_name_may_stand_without_a_list(tmp_path: Path) -> None:
             calibrate_models(cases[0], records[0], tmp_path, "null", RUNS, budget=0)
 
 
+@pytest.mark.parametrize("runs", [7, 2001])
+def test_runs_outside_their_range_are_refused_before_anything_is_written(tmp_path: Path, runs: int) -> None:
+    """Too many ended with the advice to use an option that the command does not have, and left a folder."""
+    cases, records = rig.shots()
+    with pytest.raises(UserError, match=rf"--runs = {runs} is outside 8 \.\. 2000"):
+        calibrate_models(cases[0], records[0], tmp_path / "out", "null", runs)
+    assert not (tmp_path / "out").exists()
+
+
 def test_the_command_ends_with_1_for_the_user_s_mistake(tmp_path: Path) -> None:
     cases, records = rig.shots()
     (tmp_path / "case.toml").write_text(case_toml(cases[0]), encoding="utf-8")
