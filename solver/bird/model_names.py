@@ -9,6 +9,9 @@ from typing import Any
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 
+LIKE = 0.8
+"""Least likeness of a name to one that is suggested for it: a slip of the keyboard."""
+
 FLUID = "null"
 """Material of a name that is a law's alone."""
 
@@ -19,7 +22,7 @@ def material_and_law(name: str) -> tuple[str, str]:
     if not law and model in EQUATIONS_OF_STATE and model not in BIRD_MATERIALS:
         model, law = FLUID, model
     if model not in BIRD_MATERIALS or name.endswith("+") or (law and law not in EQUATIONS_OF_STATE):
-        close = difflib.get_close_matches(name, _names(), n=1)
+        close = difflib.get_close_matches(name, _names(), n=1, cutoff=LIKE)
         hint = f'did you mean "{close[0]}"?' if close else f"name {known_models()}"
         raise ValueError(f"is no bird model; {hint}")
     if law and "eos" not in BIRD_MATERIALS[model].model_fields:

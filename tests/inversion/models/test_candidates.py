@@ -46,6 +46,7 @@ def test_every_model_makes_a_case_with_ranges(name: str) -> None:
         (("null", "grueneisen"), "names grueneisen and null, which are one model"),
         (("murnaghan", "null+murnaghan"), "which are one model"),
         (("null", "null"), "names null more than once: name it once"),
+        (("null+foo",), '"null\\+foo" is no bird model; name null, elastic'),
         (("null+",), '"null\\+" is no bird model'),
     ],
 )
