@@ -57,7 +57,7 @@ def cluster(address: str) -> Iterator[Cluster]:
     """
     try:
         from distributed import Client, KilledWorker
-        from distributed.comm import get_address_host_port
+        from distributed.comm.addressing import get_address_host_port
     except ModuleNotFoundError as error:
         raise UserError('--scheduler needs dask.distributed: pip install "birdstrike[cluster]"') from error
     try:
