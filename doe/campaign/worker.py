@@ -11,6 +11,7 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExec
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
+from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,9 @@ class Processes:
 
 _kept: list[Processes] = []
 """The processes that the last campaign left: to start them takes as long as several small simulations."""
+BEFORE_QUEUES = 20
+"""Priority of the end of a worker's own workers: before their queues are closed (10, multiprocessing.queues), by which
+they are told to end, and before the worker waits for them (at 0)."""
 MOMENTARY = ("COLUMNS", "LINES", "PYTEST_CURRENT_TEST")  # change from call to call and mean nothing to a simulation
 
 
@@ -101,6 +105,12 @@ def process_pool(workers: int) -> Iterator[Executor]:
     _kept.append(processes)
 
 
+def _end_kept() -> None:
+    """End the processes that were kept; a program's own end does so by itself."""
+    while _kept:
+        _kept.pop().end()
+
+
 def _left_over(workers: int) -> Processes | None:
     """The kept processes where they can serve; others are ended."""
     wanted = surroundings(workers)
@@ -121,6 +131,7 @@ def prepare(lifeline: Any) -> None:
     libraries = ONE_THREAD if "numba" in sys.modules else ("NUMBA_NUM_THREADS", *ONE_THREAD)
     os.environ.update(dict.fromkeys(libraries, "1"))
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Finalize(None, _end_kept, exitpriority=BEFORE_QUEUES)
     threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
 
 

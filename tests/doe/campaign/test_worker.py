@@ -35,6 +35,26 @@ def test_a_script_that_imports_numba_at_its_top_can_strike(tmp_path: Path) -> No
     assert run_script(tmp_path, SCRIPT, 300.0) == "2"
 
 
+WORKERS_OF_A_WORKER = """
+from birdstrike.doe.campaign.worker import process_pool
+
+
+def record():
+    with process_pool(1) as pool:
+        return pool.submit(abs, -2).result()
+
+
+if __name__ == "__main__":
+    with process_pool(1) as pool:
+        print(pool.submit(record).result())
+"""
+
+
+def test_a_program_ends_whose_workers_have_kept_workers_of_their_own(tmp_path: Path) -> None:
+    """As those of an audit, each of which diagnoses: a worker waited for its own, which nothing told to end."""
+    assert run_script(tmp_path, WORKERS_OF_A_WORKER, 60.0) == "2"
+
+
 def test_the_next_campaign_finds_the_processes_of_the_last_one() -> None:
     """Each starts in seconds; those of another number of workers are new, as are those after an error."""
     with process_pool(1) as pool:
