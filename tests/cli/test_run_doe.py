@@ -110,6 +110,19 @@ def test_a_folder_of_another_campaign_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("stand_in")
+@pytest.mark.parametrize(
+    "options",
+    [("--workers", "0"), ("--set", "bird.particles=300"), ("--seed", "7")],
+    ids=["no worker", "another case", "another design"],
+)
+def test_a_refused_campaign_shows_no_design(tmp_path: Path, options: tuple[str, ...]) -> None:
+    assert invoke(tmp_path, "--design", "lhs", "--runs", "4").exit_code == 0
+    refused = invoke(tmp_path, "--design", "lhs", "--runs", "4", *options)
+    assert refused.exit_code == 1
+    assert refused.stdout == ""
+
+
+@pytest.mark.usefixtures("stand_in")
 def test_the_python_verb_does_the_same(tmp_path: Path) -> None:
     dataset = run_doe(
         "reference_strike", tmp_path / "verb", design="lhs", runs=4, seed=3, workers=1, say=lambda _: None
