@@ -187,7 +187,8 @@ def _conclude(out: Path, loaded: Case, planned: int, quality: Quality) -> dict[s
 
     summary = read_json(out / "summary.json")
     finished = planned - len(summary["failed"])
-    files = "design.csv, projections.svg, curves.csv, summary.json, runs/"
+    drawn = ["projections.svg"] if (out / "projections.svg").exists() else []
+    files = ", ".join(["design.csv", *drawn, "curves.csv", "summary.json", "runs/"])
     say(f"Written to {out}: {finished} of {planned} runs ({files}).")
     needed = runs_needed(quality.parameters)
     if finished < needed:

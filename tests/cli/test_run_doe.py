@@ -15,6 +15,8 @@ from birdstrike.cli.app import app
 from birdstrike.cli.run_doe import run_doe
 from birdstrike.data.paths import REFERENCE
 from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.solver.case.case import case_from_table, load_case
+from birdstrike.solver.case.write import case_toml
 from tests.doe.stand_in import strike
 
 FILES = "design.csv, projections.svg, curves.csv, summary.json, runs/"
@@ -48,6 +50,19 @@ def test_quality_is_printed_first_and_the_last_line_says_what_next(tmp_path: Pat
     assert lines[-2] == f"Written to {tmp_path}: 9 of 9 runs ({FILES})."
     assert lines[-1] == f"Next: birdstrike train-and-invert {tmp_path} --measured shot.csv --out inversion"
     assert len(load_dataset(tmp_path).runs) == 9
+
+
+@pytest.mark.usefixtures("stand_in")
+def test_a_single_parameter_has_no_projections(tmp_path: Path) -> None:
+    parameters = {"bird.material.viscosity": {"range": ["1 Pa s", "10 Pa s"]}}
+    table = load_case("reference_strike").table | {"inversion": {"parameters": parameters}}
+    case = tmp_path / "case.toml"
+    case.write_text(case_toml(case_from_table(table)), encoding="utf-8")
+    out = tmp_path / "out"
+    options = ["--out", str(out), "--runs", "4", "--design", "lhs", "--workers", "1"]
+    result = CliRunner().invoke(app, ["run-doe", str(case), *options])
+    assert result.exit_code == 0, result.output
+    assert ("projections.svg" in result.stdout) == (out / "projections.svg").exists()
 
 
 @pytest.mark.usefixtures("stand_in")
