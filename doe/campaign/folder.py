@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.files import read_json, write_atomically, write_json
+from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
@@ -116,7 +117,7 @@ class CampaignFolder:
         """In what case.toml differs from case.json; empty where it does not, or where either cannot be read."""
         held = read_json(self.path / "case.json")
         with suppress(UserError):
-            case = load_case(self.path / "case.toml")
+            case = stored_case(self.path)
             if held and held["case_hash"] != case_hash(case):
                 return _differences(held["case"], case.canonical())
         return ""
@@ -149,6 +150,15 @@ class CampaignFolder:
             f"{self.path} holds a campaign with {words}, not with {asked} over these ranges; "
             f"{remedy(design, runs, held, same_ranges)}"
         )
+
+
+def stored_case(folder: Path) -> Case:
+    """The case in a folder of results, `case.toml`; raises CaseError with that file's path and all its errors."""
+    path = folder / "case.toml"
+    try:
+        return load_case(path)
+    except CaseError as error:
+        raise CaseError(error.errors, f"{path}: {many(len(error.errors), 'error')}") from error
 
 
 def refusal_of_other_case(held: Mapping[str, Any], case: Case) -> str:
