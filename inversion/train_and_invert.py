@@ -27,7 +27,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.folder import CampaignFolder, refusal_of_other_case
+from birdstrike.doe.campaign.folder import CampaignFolder, refusal_of_other_case, stored_case
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.designs.registry import refuse_seed
@@ -394,7 +394,7 @@ def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Ca
 
 def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -> Case:
     """The case that the campaign varied; raises UserError when the given one is another."""
-    given = as_case(doe / "case.toml" if case is None else case)
+    given = stored_case(doe) if case is None else as_case(case)
     if case_hash(given) == dataset.case_hash:
         if other := CampaignFolder(doe).other_sources(given):
             warnings.warn(

@@ -70,10 +70,10 @@ def _also(parts: Parts) -> str:
         return f"; the cards: {following('export', source).removeprefix('Next: ')}"
     if parts.doe is not None:
         from birdstrike.data.errors import UserError
-        from birdstrike.solver.case.case import load_case
+        from birdstrike.doe.campaign.folder import stored_case
 
         try:
-            sensors = load_case(parts.doe / "case.toml").sensors
+            sensors = stored_case(parts.doe).sensors
         except UserError:
             return ""
         line = following("train-and-invert", parts.doe, "--measured", record_here(sensors), "--out", "inversion")

@@ -112,8 +112,6 @@ def command(
 
     loaded = load_case(case, overrides(settings))
     planned = _plan(loaded, design, runs, seed, out)
-    quality = planned.quality()
-    console.print(quality_table(planned, quality))
     with campaign_bar() as progress:
         run_campaign(
             loaded,
@@ -122,11 +120,11 @@ def command(
             workers=workers,
             scheduler=scheduler,
             retry=retry_before(retry_failed),
-            claimed=lambda: draw_projections(planned, out / "projections.svg"),
+            claimed=lambda: show_design(planned, out / "projections.svg"),
             progress=progress,
             say=say,
         )
-    return _conclude(out, loaded, len(planned.numbers), quality)
+    return _conclude(out, loaded, len(planned.numbers), planned.quality())
 
 
 def _plan(case: Case, design: str, runs: int, seed: int, out: Path) -> Design:
@@ -135,6 +133,12 @@ def _plan(case: Case, design: str, runs: int, seed: int, out: Path) -> Design:
 
     with progress_bar("design") as progress:
         return planned_design(design, ParameterSpace.of_case(case), runs, seed, out, progress)
+
+
+def show_design(design: Design, picture: Path) -> None:
+    """Print the design's quality and draw its projections, before any simulation is paid for."""
+    console.print(quality_table(design, design.quality()))
+    draw_projections(design, picture)
 
 
 def draw_projections(design: Design, path: Path) -> None:
@@ -152,7 +156,7 @@ def draw_projections(design: Design, path: Path) -> None:
 
 
 def quality_table(design: Design, quality: Quality) -> Table:
-    """Quality of the design, before any simulation is paid for."""
+    """Quality of the design."""
     seed = "" if design.seed is None else f", seed {design.seed}"
     table = Table(title=f"{design.source or design.kind} design, {quality.runs} runs{seed}", title_justify="left")
     table.add_column("quality")
@@ -183,7 +187,8 @@ def _conclude(out: Path, loaded: Case, planned: int, quality: Quality) -> dict[s
 
     summary = read_json(out / "summary.json")
     finished = planned - len(summary["failed"])
-    files = "design.csv, projections.svg, curves.csv, summary.json, runs/"
+    drawn = ["projections.svg"] if (out / "projections.svg").exists() else []
+    files = ", ".join(["design.csv", *drawn, "curves.csv", "summary.json", "runs/"])
     say(f"Written to {out}: {finished} of {planned} runs ({files}).")
     needed = runs_needed(quality.parameters)
     if finished < needed:

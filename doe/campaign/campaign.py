@@ -56,8 +56,8 @@ def run_campaign(
     its version in the store's keys. executor: in place of the process pool; it takes `workers` runs at a time.
     scheduler: address of a Dask scheduler, in place of both; workers is then the most runs handed over at a time.
     retry: runs whose failure was stored before this time [s, Unix] are tried again (run.retry_before gives it).
-    claimed: called once the folder is this campaign's. progress: called at every change. say: takes what the user
-    should know, one line at a time.
+    claimed: called once the folder is this campaign's, before `say`. progress: called at every change. say: takes what
+    the user should know, one line at a time.
 
     A run that fails is tried again with half the time step where the solver takes one (an external solver's deck need
     not), then left out by number; its reason stands in summary.json. Raises UserError (the folder holds another
@@ -73,9 +73,9 @@ def run_campaign(
     folder = CampaignFolder(Path(out))
     other_sources = folder.other_sources(case)
     folder.claim(case, design)
+    claimed()
     _announce(case, design, runs, folder, solver.version, other_sources, say)
     summary = running(folder, case, design, runs, solver.version)
-    claimed()
     runner = Runner(RunStore(folder.runs), runs, progress, retry)
     if runner.due and scheduler is not None:
         _run_on_cluster(runner, scheduler, solver, case, workers)

@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.files import read_json, write_atomically, write_json
+from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
@@ -36,7 +37,7 @@ _TEMPORARY = re.compile(r"\.[0-9a-f]{32}\.(h5|failed\.json)\.\d+-[0-9a-f]{8}\.tm
 _ALTERED = (
     "has been edited since the campaign wrote it (its digest is not that in summary.json), so that parameters and "
     "curves need not belong together; put the original back, or delete it and repeat the command that made the "
-    "campaign: what stands in runs/ is not simulated again"
+    "campaign (of an extended one all of them, in their order): what stands in runs/ is not simulated again"
 )
 
 _OTHER_CASE = (
@@ -96,24 +97,27 @@ class CampaignFolder:
         that the summary counts were planned by a call that was stopped; a summary of an older version holds no digest
         of the curves.
         """
-        summary = self.read_summary()
-        design, curves = summary.get("design", {}), summary.get("curves", {})
-        found = []
-        if "digest" in design and self.design.exists():
-            rows = self.design.read_text(encoding="utf-8").splitlines()[: design["runs"] + 1]
-            if rows_digest(rows) != design["digest"]:
-                found.append(f"{self.design} {_ALTERED}")
+        curves = self.read_summary().get("curves", {})
+        found = [f"{self.design} {_ALTERED}"] if self._design_was_edited() else []
         if "digest" in curves and self.curves.exists() and file_digest(self.curves) != curves["digest"]:
             found.append(f"{self.curves} {_ALTERED}")
         if differences := self._changes_of_case():
             found.append(f"{self.path / 'case.toml'}, {_OTHER_CASE.format(differences=differences)}")
         return found
 
+    def _design_was_edited(self) -> bool:
+        """Whether the rows of design.csv that summary.json counts are not those whose digest it holds."""
+        design = self.read_summary().get("design", {})
+        if "digest" not in design or not self.design.exists():
+            return False
+        rows = self.design.read_text(encoding="utf-8").splitlines()[: design["runs"] + 1]
+        return rows_digest(rows) != design["digest"]
+
     def _changes_of_case(self) -> str:
         """In what case.toml differs from case.json; empty where it does not, or where either cannot be read."""
         held = read_json(self.path / "case.json")
         with suppress(UserError):
-            case = load_case(self.path / "case.toml")
+            case = stored_case(self.path)
             if held and held["case_hash"] != case_hash(case):
                 return _differences(held["case"], case.canonical())
         return ""
@@ -137,6 +141,8 @@ class CampaignFolder:
         same_ranges = held.get("space") == space_json(design.space)
         if text == held_text or extends(design, text, held_text, held, same_ranges):
             return
+        if self._design_was_edited():
+            raise UserError(f"{self.design} {_ALTERED}")
         runs, old = len(held_text.splitlines()) - 1, held.get("design")
         words = _words(old["kind"], runs, old["seed"], old["source"]) if old else "another design"
         asked = _words(design.kind, len(design.numbers), design.seed, design.source)
@@ -144,6 +150,15 @@ class CampaignFolder:
             f"{self.path} holds a campaign with {words}, not with {asked} over these ranges; "
             f"{remedy(design, runs, held, same_ranges)}"
         )
+
+
+def stored_case(folder: Path) -> Case:
+    """The case in a folder of results, `case.toml`; raises CaseError with that file's path and all its errors."""
+    path = folder / "case.toml"
+    try:
+        return load_case(path)
+    except CaseError as error:
+        raise CaseError(error.errors, f"{path}: {many(len(error.errors), 'error')}") from error
 
 
 def refusal_of_other_case(held: Mapping[str, Any], case: Case) -> str:

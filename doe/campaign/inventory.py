@@ -12,12 +12,11 @@ from typing import Any
 from birdstrike.data.errors import UserError
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.folder import CampaignFolder, design_rows
+from birdstrike.doe.campaign.folder import CampaignFolder, design_rows, stored_case
 from birdstrike.doe.campaign.run import PlannedRun, plan
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.doe.solvers import solver_for
-from birdstrike.solver.case.case import load_case
 
 UNKNOWN, DUE = "unknown", ""
 
@@ -73,7 +72,7 @@ def _set_aside(runs: Path, store: RunStore) -> list[str]:
 
 def _planned(folder: CampaignFolder) -> tuple[list[PlannedRun], str]:
     """The folder's runs under the present version of the solver, and that version."""
-    case = load_case(folder.path / "case.toml")
+    case = stored_case(folder.path)
     solver, space = solver_for(case), ParameterSpace.of(case.parameters())
     numbers, values = design_rows(folder.design.read_text(encoding="utf-8").splitlines())
     return plan(case, Design("file", None, space, numbers, values, space.to_unit(values)), solver), solver.version

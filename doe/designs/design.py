@@ -62,9 +62,12 @@ class Design:
         return self.space.units
 
     def quality(self) -> Quality:
-        """Rank, condition, correlation, discrepancies with their percentiles, smallest distance."""
+        """Rank, condition, correlation, discrepancies with their percentiles, smallest distance.
+
+        Of the SI values, so that a design read back from its file has the same figures to the last digit.
+        """
         return self._quality
 
     @cached_property
     def _quality(self) -> Quality:
-        return weakest_quality(self.unit, self.space, ranked=True)[0]
+        return weakest_quality(self.space.to_unit(self.values), self.space, ranked=True)[0]

@@ -13,12 +13,12 @@ import pandas as pd
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.data.tree import load_tree
+from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis
 from birdstrike.inversion.results.diagnosis_files import MODEL, RESULT, curve_files
-from birdstrike.solver.case.case import load_case
 
 Tree = Mapping[str, Any]
 
@@ -33,7 +33,7 @@ def read_diagnosis(folder: Path) -> Learnt:
             f"--from {folder}: this diagnosis holds no draws of its models (an earlier version made it, or files were "
             "moved); repeat the diagnose command with the same --out, whose simulations are stored"
         )
-    case, shape = load_case(folder / "case.toml"), model["discrepancy"]
+    case, shape = stored_case(folder), model["discrepancy"]
     shots = tuple(_shots(folder, found, model))
     explanations = tuple(_explanation(one, model, shape) for one in model["posterior"])
     counts = len(explanations[0].parameters)

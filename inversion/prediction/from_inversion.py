@@ -15,6 +15,7 @@ from scipy.stats import truncnorm
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array
+from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.estimation.coordinates import UNIFORM_SD
@@ -52,7 +53,7 @@ def read_inversion(folder: Path) -> Learnt:
     if missing or found.best is None:
         lacking = ", ".join(missing) if missing else "a verified answer"
         raise UserError(f"--from {folder}: it lacks {lacking}; repeat train-and-invert with the campaign's case")
-    first = load_case(folder / "case.toml")
+    first = stored_case(folder)
     cases, told = _cases(folder, first, max(len(found.shots), 1))
     table = pd.read_csv(folder / "verification.csv")
     late = found.time_offset.value

@@ -12,6 +12,7 @@ import pandas as pd
 from birdstrike.data.curves import read_histories, read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing
+from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
@@ -29,7 +30,7 @@ from birdstrike.inversion.prediction.learnt import (
     calibrated_error,
 )
 from birdstrike.inversion.results.estimates import Estimate
-from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.files import read_region
 
 LEAST = 0.02  # probability of being the best below which a model is left out
@@ -43,7 +44,7 @@ def read_models(folder: Path, model: str = "") -> Learnt:
     kept = [model] if model else likely
     rough = [name for name in kept if not (folder / name / DRAWS_FILE).is_file()]
     names = list(content["records"])
-    cases = {name: load_case(folder / kept[0] / name / "case.toml") for name in names}
+    cases = {name: stored_case(folder / kept[0] / name) for name in names}
     shots = tuple(LearntShot(name, conditions(cases[name]), _errors(folder, name, kept, cases[name])) for name in names)
     whole = sum(shares[name] for name in kept)
     explanations = tuple(
@@ -102,7 +103,7 @@ def _explanation(
 ) -> Explanation:
     keys = tuple(content["models"][name]["parameters"])
     file = folder / name / DRAWS_FILE
-    own_case = load_case(folder / name / shots[0].name / "case.toml")
+    own_case = stored_case(folder / name / shots[0].name)
     table = pd.read_csv(file) if file.is_file() else _rough(folder / name, content["models"][name], own_case)
     draws = table[list(keys)].to_numpy(float)
     n = len(draws)

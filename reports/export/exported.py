@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing, quantity, span
 from birdstrike.data.out_folder import maker_of, model_of
+from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.inversion.estimation.verification import error_words
 from birdstrike.inversion.labels import flight, provenance_of
 from birdstrike.inversion.models.results import COMPARISON, read_comparison
@@ -130,7 +131,7 @@ def _of_model(folder: Path, name: str) -> Export:
     """The bird of one calibrated model of a comparison, with what is known of its constants."""
     content = read_comparison(folder, name)
     answer, shots = content["models"][name], list(content["speeds"])
-    base = load_case(folder / name / shots[0] / "case.toml")
+    base = stored_case(folder / name / shots[0])
     estimates = {key: _estimate(one) for key, one in answer["parameters"].items()}
     values = {key: one.value for key, one in estimates.items() if one.value is not None}
     bird = base.with_values(values).bird

@@ -17,13 +17,13 @@ from birdstrike.data.formatting import listing
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore
 from birdstrike.data.units import display
+from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.ingredients import ShotFigures
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.reports.results.parts import Parts, find_parts, invert_again
 from birdstrike.reports.results.results import CampaignResults, Convergence, InversionResults, Results, RunSummary
-from birdstrike.solver.case.case import load_case
 
 T = TypeVar("T")
 
@@ -119,7 +119,7 @@ def read_campaign(parts: Parts, doe: Path) -> CampaignResults:
     return CampaignResults(
         folder=parts.folder,
         doe=doe,
-        case=load_case(doe / "case.toml"),
+        case=stored_case(doe),
         dataset=load_dataset(doe),
         campaign=campaign,
         summaries=_summaries(doe, campaign),

@@ -15,6 +15,8 @@ from birdstrike.cli.app import app
 from birdstrike.cli.run_doe import run_doe
 from birdstrike.data.paths import REFERENCE
 from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.solver.case.case import case_from_table, load_case
+from birdstrike.solver.case.write import case_toml
 from tests.doe.stand_in import strike
 
 FILES = "design.csv, projections.svg, curves.csv, summary.json, runs/"
@@ -48,6 +50,19 @@ def test_quality_is_printed_first_and_the_last_line_says_what_next(tmp_path: Pat
     assert lines[-2] == f"Written to {tmp_path}: 9 of 9 runs ({FILES})."
     assert lines[-1] == f"Next: birdstrike train-and-invert {tmp_path} --measured shot.csv --out inversion"
     assert len(load_dataset(tmp_path).runs) == 9
+
+
+@pytest.mark.usefixtures("stand_in")
+def test_a_single_parameter_has_no_projections(tmp_path: Path) -> None:
+    parameters = {"bird.material.viscosity": {"range": ["1 Pa s", "10 Pa s"]}}
+    table = load_case("reference_strike").table | {"inversion": {"parameters": parameters}}
+    case = tmp_path / "case.toml"
+    case.write_text(case_toml(case_from_table(table)), encoding="utf-8")
+    out = tmp_path / "out"
+    options = ["--out", str(out), "--runs", "4", "--design", "lhs", "--workers", "1"]
+    result = CliRunner().invoke(app, ["run-doe", str(case), *options])
+    assert result.exit_code == 0, result.output
+    assert ("projections.svg" in result.stdout) == (out / "projections.svg").exists()
 
 
 @pytest.mark.usefixtures("stand_in")
@@ -107,6 +122,19 @@ def test_a_folder_of_another_campaign_is_refused(tmp_path: Path) -> None:
     assert result.exit_code == 1
     assert "the lhs design of 4 runs and seed 0" in result.stderr
     assert "seed 7" in result.stderr
+
+
+@pytest.mark.usefixtures("stand_in")
+@pytest.mark.parametrize(
+    "options",
+    [("--workers", "0"), ("--set", "bird.particles=300"), ("--seed", "7")],
+    ids=["no worker", "another case", "another design"],
+)
+def test_a_refused_campaign_shows_no_design(tmp_path: Path, options: tuple[str, ...]) -> None:
+    assert invoke(tmp_path, "--design", "lhs", "--runs", "4").exit_code == 0
+    refused = invoke(tmp_path, "--design", "lhs", "--runs", "4", *options)
+    assert refused.exit_code == 1
+    assert refused.stdout == ""
 
 
 @pytest.mark.usefixtures("stand_in")

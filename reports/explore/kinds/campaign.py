@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from birdstrike.doe.campaign.folder import CampaignFolder
+from birdstrike.doe.campaign.folder import CampaignFolder, stored_case
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import View, channel, parameter, preset, runs
-from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.emulator import fit_emulator
 from birdstrike.surrogate.weights import emulator_table
 
@@ -21,7 +20,7 @@ def holds(folder: Path) -> bool:
 
 def read(folder: Path) -> tuple[View]:
     """Fit the emulator of the finished runs; raises UserError where they are too few."""
-    dataset, case = load_dataset(folder), load_case(folder / "case.toml")
+    dataset, case = load_dataset(folder), stored_case(folder)
     names = tuple(dataset.curves)
     emulator = fit_emulator(dataset, names)
     scales = ParameterSpace.of_case(case).logarithmic

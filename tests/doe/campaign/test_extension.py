@@ -152,6 +152,34 @@ def test_a_held_design_that_was_edited_is_not_taken_for_the_campaign_s(tmp_path:
     np.testing.assert_array_equal(planned_design("lhs", SPACE, 6, 0, tmp_path).values, design(6).values)
 
 
+def test_a_design_read_back_has_the_quality_of_the_design_that_was_written(tmp_path: Path) -> None:
+    for seed in range(8):
+        fresh, out = design(6, seed), tmp_path / str(seed)
+        campaign(out, fresh)
+        assert planned_design("lhs", SPACE, 6, seed, out).quality().as_json() == fresh.quality().as_json()
+
+
+def test_an_edited_design_is_named_as_such(tmp_path: Path) -> None:
+    campaign(tmp_path, design(6))
+    path = tmp_path / "design.csv"
+    path.write_text(path.read_text(encoding="utf-8").replace("3,", "3,1", 1), encoding="utf-8")
+    with pytest.raises(UserError, match=r"design\.csv has been edited since the campaign wrote it"):
+        campaign(tmp_path, design(6))
+
+
+def test_an_extended_campaign_without_its_design_is_restored_by_its_commands_in_order(tmp_path: Path) -> None:
+    diary, out = tmp_path / "diary", tmp_path / "out"
+    for _ in range(2):
+        for runs in (6, 9):
+            campaign(out, planned_design("lhs", SPACE, runs, 0, out), diary=diary)
+        path, text = out / "design.csv", (out / "design.csv").read_text(encoding="utf-8")
+        path.write_text(text.replace("3,", "3,1", 1), encoding="utf-8")
+        with pytest.raises(UserError, match="of an extended one all of them, in their order"):
+            load_dataset(out)
+        path.unlink()
+    assert len(attempts(diary)) == 9
+
+
 def test_a_planned_shorter_design_or_another_seed_s_is_a_fresh_one(tmp_path: Path) -> None:
     campaign(tmp_path, design(6))
     for runs, seed in ((5, 0), (9, 1)):

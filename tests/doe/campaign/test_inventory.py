@@ -15,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
-from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.formatting import many
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
@@ -45,6 +45,18 @@ def test_a_whole_campaign_has_nothing_to_tell(tmp_path: Path) -> None:
     assert (found.failed, found.due, found.damaged) == ({}, [], [])
     assert (found.other_versions, found.elsewhere) == ({}, [])
     assert snapshot(tmp_path) == before
+
+
+def test_an_error_in_a_campaign_s_case_is_headed_by_the_file_s_path(tmp_path: Path) -> None:
+    """Its name is case in every folder; so is that of a case whose copy of a mesh is missing."""
+    versioned(tmp_path)
+    case = tmp_path / "case.toml"
+    text = case.read_text(encoding="utf-8")
+    case.write_text(text.replace('speed = "91.1 m/s"', 'speed = "9110 m/s"'), encoding="utf-8")
+    with pytest.raises(CaseError) as caught:
+        inventory(tmp_path)
+    assert caught.value.heading == f"{case}: 1 error"
+    assert "impact.speed = 9110 m/s" in caught.value.errors[0]
 
 
 def test_results_of_an_older_solver_version_are_listed_and_their_runs_are_due(tmp_path: Path) -> None:
