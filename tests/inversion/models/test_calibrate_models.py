@@ -461,7 +461,7 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
         calibrate_models(cases, records[0], tmp_path, ["null"])
     with pytest.raises(UserError, match="hold the same points"):
         calibrate_models(cases, [records[0], records[0]], tmp_path, ["null"])
-    with pytest.raises(UserError, match="below 8"):
+    with pytest.raises(UserError, match="outside 8"):
         calibrate_models(cases, records, tmp_path, ["null"], runs=3)
     renamed = replace(records[0], channels={"gauge": records[0].channels["displacement_side"]}, sigma={})
     with pytest.raises(UserError, match="has no sensor gauge"):
