@@ -329,7 +329,7 @@ def _remove_other_diagnosis(plan: LoopPlan) -> None:
     from birdstrike.inversion.results.diagnosis_files import remove
 
     stage = _diagnosis_stage(plan)
-    if plan.ledger.made_from(stage.name) != stage.fingerprint():
+    if plan.ledger.entry(stage.name).get("fingerprint") != stage.fingerprint():
         remove(plan.diagnosis)
 
 

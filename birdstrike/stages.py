@@ -56,9 +56,9 @@ class Ledger:
         except ValueError:
             return {}
 
-    def made_from(self, stage: str) -> str | None:
-        """Fingerprint of what the stage was last made from; None where it was never done."""
-        return self.read().get("stages", {}).get(stage, {}).get("fingerprint")
+    def entry(self, stage: str) -> dict[str, Any]:
+        """What is noted of a stage, {} of one that was never done."""
+        return self.read().get("stages", {}).get(stage, {})
 
     def write(self, **entries: Any) -> dict[str, Any]:
         """Note `entries` beside what is there, whole or not at all; the new content."""
@@ -67,22 +67,25 @@ class Ledger:
         write_json(self.path, content, self.schema_version)
         return self.read()
 
+    def note(self, stage: str, entry: dict[str, Any]) -> None:
+        """Note a stage's entry beside those of the others."""
+        self.write(stages={**self.read().get("stages", {}), stage: entry})
+
 
 def run_stages(stages: Iterable[Stage], ledger: Ledger, display: Display = no_display) -> None:
     """Run what is due, in order, noting each stage as soon as it is done: the next call resumes behind it."""
     for stage in stages:
-        done, fingerprint = ledger.read().get("stages", {}), stage.fingerprint()
-        before = done.get(stage.name, {})
-        valid = ledger.made_from(stage.name) == fingerprint and all(path.exists() for path in stage.outputs)
+        before, fingerprint = ledger.entry(stage.name), stage.fingerprint()
+        valid = before.get("fingerprint") == fingerprint and all(path.exists() for path in stage.outputs)
         if valid and not stage.retries():
             with display(f"{stage.heading}: {STILL_VALID}"):
-                ledger.write(stages={**done, stage.name: {**before, "reused": True}})
+                ledger.note(stage.name, {**before, "reused": True})
             continue
         started = time.perf_counter()
         with display(stage.heading) as progress:
             stage.run(progress)
-        entry = {"fingerprint": fingerprint, "seconds": time.perf_counter() - started, "reused": False}
-        ledger.write(stages={**done, stage.name: entry})
+        seconds = time.perf_counter() - started
+        ledger.note(stage.name, {"fingerprint": fingerprint, "seconds": seconds, "reused": False})
 
 
 def digest(*files: Path) -> str:

@@ -175,9 +175,8 @@ def share_beside_plate(case: Case) -> float:
     """
     ring = (np.arange(RINGS) + 0.5) / RINGS
     radius, turn = np.meshgrid(0.5 * case.bird.diameter * np.sqrt(ring), 2.0 * math.pi * ring)
-    (x, y, _), (x_middle, y_middle) = aimed_at(case), middle_of(case)
-    heading, z = case.impact.heading, aimed_at(case)[2]
-    shift = z / math.tan(case.impact.angle)
+    (x, y, z), (x_middle, y_middle) = aimed_at(case), middle_of(case)
+    heading, shift = case.impact.heading, z / math.tan(case.impact.angle)
     longer, wide = shift + radius * np.cos(turn) / math.sin(case.impact.angle), radius * np.sin(turn)
     along = np.abs(x - x_middle + longer * math.cos(heading) - wide * math.sin(heading))
     across = np.abs(y - y_middle + longer * math.sin(heading) + wide * math.cos(heading))
