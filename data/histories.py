@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes
+from birdstrike.data.formatting import many
 from birdstrike.data.units import display
 
 if TYPE_CHECKING:
@@ -69,8 +70,7 @@ class Histories(Displayed):
         if first is None:
             return f"Histories: no channel, {len(self.time)} instants to {end[0]:.3g} {end[1]}"
         peak, unit = display(self.peak(first)[1], self.units[first])
-        many = f"{count} channel{'s' if count > 1 else ''}"
-        size = f"{many}, {len(self.time)} instants to {end[0]:.3g} {end[1]}"
+        size = f"{many(count, 'channel')}, {len(self.time)} instants to {end[0]:.3g} {end[1]}"
         return f"Histories: {size}, peak of {first} {peak:.3g} {unit}".rstrip()
 
     def peak(self, channel: str) -> tuple[float, float]:

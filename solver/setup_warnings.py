@@ -247,7 +247,7 @@ def _coarse_bird(case: Case) -> list[str]:
 
 def _measure(case: Case) -> str:
     """How the error of the mesh is measured; a mesh from a file is not refined by birdstrike converge."""
-    if case.target is not None and case.target.mesh is not None:
+    if case.mesh_file is not None:
         return "compare with a simulation on a finer file and more particles"
     return "measure what is left with birdstrike converge"
 

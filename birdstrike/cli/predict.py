@@ -168,7 +168,7 @@ def closing(found: Prediction, out: Path, page: Path) -> Iterator[str]:
         yield limit_words(name, one)
     for name, own in found.residual.items():
         interval = span(own["q025"], own["q975"], own["unit"])
-        yield f"{plain(name)} at the end of the record: {quantity(own['q50'], own['unit'])} (95 %: {interval})"
+        yield f"{plain(name)} at the end of the simulation: {quantity(own['q50'], own['unit'])} (95 %: {interval})"
     yield tearing_words(found.perforation)
     for one in found.narrowing[:1]:
         yield f"what would narrow it most: {one['sentence']}"

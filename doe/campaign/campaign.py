@@ -78,7 +78,7 @@ def run_campaign(
     summary = running(folder, case, design, runs, solver.version)
     runner = Runner(RunStore(folder.runs), runs, progress, retry)
     if runner.due and scheduler is not None:
-        _run_on_cluster(runner, scheduler, solver, case, workers)
+        _run_on_cluster(runner, scheduler, solver, case, workers, say)
     elif runner.due:
         with _pool(executor, min(count, len(runner.due))) as ready:
             runner.run(ready, solver.simulate, case, count)
@@ -92,14 +92,21 @@ def _pool(executor: Executor | None, workers: int) -> AbstractContextManager[Exe
     return process_pool(workers) if executor is None else nullcontext(executor)
 
 
-def _run_on_cluster(runner: Runner, scheduler: str, solver: Solver, case: Case, workers: int | None) -> None:
+def _run_on_cluster(
+    runner: Runner, scheduler: str, solver: Solver, case: Case, workers: int | None, say: Callable[[str], None]
+) -> None:
     # late: only a campaign on a cluster needs it
-    from birdstrike.doe.campaign.cluster import AHEAD, SameSolver, cluster, version_here
+    from birdstrike.doe.campaign.cluster import AHEAD, SameSolver, cluster, version_here, worker_command
 
     embedded = solver.version == version_here()
     simulate = SameSolver(solver.simulate, solver.version) if embedded else solver.simulate
     with cluster(scheduler) as found:
-        runner.run(found.executor, simulate, case, found.threads, ahead=workers or AHEAD, lost=found.lost)
+        if not found.threads:
+            say(
+                f"--scheduler = {scheduler} has no workers yet: the runs wait for them; start some with: "
+                f"{worker_command(scheduler)}"
+            )
+        runner.run(found.executor, simulate, case, max(found.threads, 1), ahead=workers or AHEAD, lost=found.lost)
 
 
 def _announce(

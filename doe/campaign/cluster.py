@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -41,7 +42,7 @@ class SameSolver:
 
 
 class Cluster(NamedTuple):
-    """executor; threads: runs at a time now; lost: raised for a run under which its workers died."""
+    """executor; threads: runs at a time now, 0 without a worker; lost: raised for a run whose workers died."""
 
     executor: Executor
     threads: int
@@ -60,6 +61,7 @@ def cluster(address: str) -> Iterator[Cluster]:
         from distributed.comm.addressing import get_address_host_port
     except ModuleNotFoundError as error:
         raise UserError('--scheduler needs dask.distributed: pip install "birdstrike[cluster]"') from error
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is told once, without its traceback
     try:
         get_address_host_port(address)  # a Client that cannot read it would wait 40 s and end with a traceback
     except ValueError as error:
@@ -69,15 +71,20 @@ def cluster(address: str) -> Iterator[Cluster]:
     except (OSError, ValueError, TimeoutError) as error:
         raise UserError(
             f"--scheduler = {address} does not answer ({error}); start one with: dask scheduler, and workers with: "
-            f"dask worker {address} --nthreads 1"
+            f"{worker_command(address)}"
         ) from error
     with client:
         _refuse_other_solvers(client)
         executor = client.get_executor(pure=False)
         try:
-            yield Cluster(executor, max(sum(cast(dict[str, int], client.nthreads()).values()), 1), (KilledWorker,))
+            yield Cluster(executor, sum(cast(dict[str, int], client.nthreads()).values()), (KilledWorker,))
         finally:
             executor.shutdown(wait=False)
+
+
+def worker_command(address: str) -> str:
+    """What starts a worker of one thread beside a scheduler."""
+    return f"dask worker {address} --nthreads 1"
 
 
 def _refuse_other_solvers(client: Client) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
 from birdstrike.data.units import ACCEPTED, UnitError, scaled, si_unit
 from birdstrike.doe.designs.design import Design
@@ -133,7 +134,7 @@ def _rows(
     if repeated.size and not errors:
         errors.append(f"column run: {', '.join(map(str, repeated))} stands more than once; number the runs apart")
     if errors:
-        raise UserError(errors, f"{path}: {len(errors)} error{'s' if len(errors) > 1 else ''}")
+        raise UserError(errors, f"{path}: {many(len(errors), 'error')}")
     return numbers, values
 
 

@@ -267,8 +267,7 @@ def _error(shot: Shot, name: str, t: Array, curve: Array, peak: float) -> Array:
 def described(name: str, sensor: Sensor, case: Case) -> str:
     """A sensor in words: its kind and place, and its name where the case declares it."""
     place = None if sensor.place is None else [1e3 * x for x in sensor.place]
-    of_a_file = case.target is not None and case.target.mesh is not None
-    about = "target.origin" if of_a_file else "the plate's centre"
+    about = "the plate's centre" if case.mesh_file is None else "target.origin"
     where = "" if place is None else f" at {place[0]:.3g} mm along and {place[1]:.3g} mm across from {about}"
     declared = "" if name.startswith(PREFIX) else f" (the case's {name})"
     return f"{sensor.noun}{where}{declared}"

@@ -306,7 +306,7 @@ def _has(case: Case, kind: str, place: tuple[float, float]) -> bool:
 
 def _on_shells(case: Case, at: Sequence[str]) -> bool:
     """Whether a place in plan is on the target: a mesh from a file may have any outline, and holes."""
-    if case.target is None or case.target.mesh is None:
+    if case.mesh_file is None:
         return True
     return not list(Displacement.model_validate({"at": at}).misplaced("", rest_mesh(case)))
 

@@ -372,7 +372,7 @@ def fine_mesh(coarse: Case, declared: Case) -> Case:
 
 def unrefined_file(case: Case) -> str | None:
     """Name of the file whose shells a case keeps on the fine mesh; None where there is none."""
-    return None if case.target is None or case.solver.name == "external" else case.target.mesh_name
+    return None if case.mesh_file is None or case.solver.name == "external" else case.mesh_file.name
 
 
 def shells_of_a_file(mesh_files: Iterable[str | None]) -> list[str]:

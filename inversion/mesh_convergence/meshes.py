@@ -59,9 +59,9 @@ def choose_meshes(case: Case, ratio: float, count: int, place: str = "auto") -> 
         raise UserError(f"--ratio = {ratio:g} is outside 1.1 .. 2; 1.3 is the usual one")
     if not 3 <= count <= 6:
         raise UserError(f"--meshes = {count} is outside 3 .. 6; the index needs three")
-    if case.target is not None and case.target.mesh is not None:
+    if case.mesh_file is not None:
         raise UserError(
-            f"target.mesh = {case.target.mesh_name}: a mesh from a file is not refined, so that its convergence cannot "
+            f"target.mesh = {case.mesh_file.name}: a mesh from a file is not refined, so that its convergence cannot "
             "be studied here; make two finer files, simulate the case on each (birdstrike simulate --set "
             "target.mesh=FILE), and compare the curves. Give a target.generator where one fits: its meshes are refined"
         )

@@ -107,7 +107,7 @@ def _limits(content: Content) -> tuple[Block, ...]:
             (plain(name), quantity(one["q50"], one["unit"]), *(span(one[a], one[b], one["unit"]) for a, b in PAIRS))
             for name, one in content["residual"].items()
         )
-        caption = "Deflection at the end of the record: mean over its last 15 %, while the plate may still vibrate."
+        caption = "Deflection at the end of the simulation: mean over its last 15 %, while the plate may still vibrate."
         blocks.append(Table(head, rows, caption, frozenset({1, 2, 3})))
     told = tearing_words(content["perforation"])
     blocks.append(Paragraph(f"{told[0].upper()}{told[1:]}."))

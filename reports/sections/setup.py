@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from birdstrike.data.units import display
 from birdstrike.reports.blocks import Picture, Section, Table, drawing, photograph
@@ -126,7 +127,7 @@ def _parts(target: Target) -> tuple[tuple[str, str], ...]:
         f"{name} {edges if isinstance(edges, str) else 'on springs'}" for name, edges in target.supports.items()
     )
     size = " × ".join(quantity(side, "m") for side in (source.length, source.width))
-    file = "" if target.mesh_name is None else f", mesh {target.mesh_name}"
+    file = "" if target.mesh is None else f", mesh {Path(target.mesh).name}"
     mesh = f"{size}{file}, {len(source.mesh().quads)} shells of about {quantity(source.element_size, 'm')}"
     return (("target", mesh), *parts, ("supports", held or "none"))
 

@@ -14,6 +14,7 @@ from typing import Annotated, Any
 from pydantic import Field, PrivateAttr, ValidationError, field_validator
 
 from birdstrike.data.errors import CaseError
+from birdstrike.data.formatting import many
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
@@ -98,6 +99,11 @@ class Case(Section):
     def first_contact(self) -> float:
         """Time at which the stand-off has been flown [s]."""
         return self.impact.standoff / self.impact.speed
+
+    @property
+    def mesh_file(self) -> Path | None:
+        """File of the target's mesh, which is simulated as it is; None of a plate or a generated target."""
+        return None if self.target is None or self.target.mesh is None else Path(self.target.mesh)
 
     def parameters(self) -> tuple[Parameter, ...]:
         """What an inversion seeks, in the order of the file."""
@@ -226,7 +232,7 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
         errors = error_lines(Case, error.errors(), errors, table)
     errors += list(_unknown_names_beside_errors(table) if case is None else _unknown_names(case))
     if case is None or errors:
-        raise CaseError(errors, f"case {name}: {len(errors)} error{'s' if len(errors) > 1 else ''}")
+        raise CaseError(errors, f"case {name}: {many(len(errors), 'error')}")
     if case.effects:
         case = _acted_upon(case, table, name)
     case._raw, case._name = table, name
@@ -264,8 +270,7 @@ def _acted_upon(case: Case, table: Raw, name: str) -> Case:
     try:
         acted = with_effects(case, table, lambda changed: case_from_table(changed, name))
     except CaseError as error:
-        count = len(error.errors)
-        raise CaseError(error.errors, f"case {name}: {count} error{'s' if count > 1 else ''}") from error
+        raise CaseError(error.errors, f"case {name}: {many(len(error.errors), 'error')}") from error
     changed = case.model_copy(update={section: getattr(acted, section) for section in SECTIONS})
     changed._acted = acted
     return changed

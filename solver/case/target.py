@@ -6,7 +6,6 @@ import difflib
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -225,11 +224,6 @@ class Target(TargetMesh):
             row = rivets.row()
             for one in placed[name] if row is None else (row,):
                 yield name, one, rivets.data()
-
-    @property
-    def mesh_name(self) -> str | None:
-        """Name of the file of the mesh, which is simulated as it is; None of a generator's."""
-        return None if self.mesh is None else Path(self.mesh).name
 
     @property
     def struck_name(self) -> str:

@@ -33,8 +33,7 @@ def copy_case(case: Case, folder: Path, name: str = "case.toml", place: str = ""
 def named_files(case: Case) -> dict[str, Path]:
     """Name in a case's folder -> the file: of a deck, of the target's mesh and what that includes, of baselines."""
     found = {} if case.external is None else {f"{DECK}/{path.name}": path for path in case.external.inputs}
-    if case.target is not None and case.target.mesh is not None:
-        mesh = Path(case.target.mesh)
+    if (mesh := case.mesh_file) is not None:
         found[f"{MESH}/{mesh.name}"] = mesh
         found |= {f"{MESH}/{name}": mesh.parent / name for name in included_files(mesh)}
     return found | {name: Path(path) for path, name in _baselines(case).items()}
@@ -56,8 +55,8 @@ def portable_table(case: Case, place: str = "") -> Raw:
     if case.external is not None:
         names = [f"{place}{DECK}/{path.name}" for path in case.external.inputs]
         table["external"] |= {"template": names[0], "files": names[1:]}
-    if case.target is not None and case.target.mesh is not None:
-        table["target"] |= {"mesh": f"{place}{MESH}/{Path(case.target.mesh).name}"}
+    if (mesh := case.mesh_file) is not None:
+        table["target"] |= {"mesh": f"{place}{MESH}/{mesh.name}"}
     if names := _baselines(case):
         given = case.diagnosis.baselines
         table["diagnosis"] |= {"baselines": [f"{place}{names[path]}" if path in names else path for path in given]}

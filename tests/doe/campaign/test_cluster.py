@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from functools import partial
@@ -12,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.cluster import SameSolver, WrongWorker, cluster
@@ -79,6 +82,31 @@ def test_a_scheduler_that_does_not_answer_is_the_user_s_error(monkeypatch: pytes
     answer = rf"--scheduler = tcp://127.0.0.1:{port} does not answer.*dask scheduler"
     with pytest.raises(UserError, match=answer), cluster(f"tcp://127.0.0.1:{port}"):
         pass
+
+
+def test_a_scheduler_without_workers_is_said_and_its_loss_told_without_a_traceback(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The runs waited without a word, and dask's client printed 25 lines of traceback when the scheduler went."""
+    said, place = list[str](), tmp_path / "scheduler.json"
+    options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(place))
+    with subprocess.Popen([sys.executable, "-m", "distributed.cli.dask_scheduler", *options]) as alone:
+        until(place.exists)
+        address = json.loads(place.read_text(encoding="utf-8"))["address"]
+
+        def lose(line: str) -> None:
+            said.append(line)
+            if "no workers yet" in line:
+                threading.Timer(0.5, alone.kill).start()
+
+        with pytest.raises(RunFailed, match="the scheduler was lost; 0 of 4 runs are kept"):
+            run_campaign(
+                reference(), design(4), tmp_path / "out", simulate=strike, solver_version=VERSION,
+                scheduler=address, say=lose,
+            )  # fmt: skip
+    (waits,) = (line for line in said if line.startswith(f"--scheduler = {address} has no workers yet"))
+    assert f"dask worker {address} --nthreads 1" in waits
+    assert not [record for record in caplog.records if record.name.startswith("distributed.client")]
 
 
 def test_what_is_no_address_of_a_scheduler_is_named_at_once() -> None:
