@@ -61,7 +61,7 @@ def cluster(address: str) -> Iterator[Cluster]:
         from distributed.comm.addressing import get_address_host_port
     except ModuleNotFoundError as error:
         raise UserError('--scheduler needs dask.distributed: pip install "birdstrike[cluster]"') from error
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is told once, without its traceback
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a loss is told once, without its traceback
     try:
         get_address_host_port(address)  # a Client that cannot read it would wait 40 s and end with a traceback
     except ValueError as error:
