@@ -296,8 +296,7 @@ class Pipeline:
         """What the baselines show, and by how much smaller they make what can be detected."""
         if not self.baselines.shots:
             return None
-        known = unknown_or_stated(kinds_of(self.shots), {})
-        alone = Problem(self.shots, suspects(self.shots), known, mesh_shapes(self.shots)).manageable()
+        alone = replace(self, baselines=Baselines()).problem
         none = alone.refit(NOTHING, steps=3)
         models = {one.label: one for one in hypotheses(alone.found) if len(one.members) < 2}
         without = Ranking(alone, models, {NONE: Standing.refitted(none)})
