@@ -271,7 +271,7 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
     sentences = {shot: _of_shot(found, shot, order) for shot, order in found.per_shot.items()}
     speeds = {setup.name: setup.case.impact.speed for setup in setups}
     simulated = tuple(setup.name for setup in setups if setup.measured.simulated)
-    own = warnings_of({name: vars(one) for name, one in found.answers.items()}, found.ranking)
+    own = warnings_of(found.answers, found.ranking)
     return ModelComparison(
         models=found.answers,
         ranking=found.ranking,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ from birdstrike.data.files import plain as plain_json
 from birdstrike.data.files import read_json, write_atomically, write_json
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.labels import provenance
+from birdstrike.inversion.models.candidates import candidate
 from birdstrike.inversion.results.estimates import Estimate
 
 SCHEMA_VERSION = 1
@@ -110,6 +110,13 @@ class ModelAnswer:
     wall_s: float = 0.0
     warnings: tuple[str, ...] = ()
     failure: str | None = None
+
+    @property
+    def error(self) -> tuple[float, tuple[float, float]]:
+        """Expected held-out error over the noise with its 95 % interval, of a model that is ranked."""
+        assert self.expected is not None
+        assert self.expected_95 is not None
+        return self.expected, self.expected_95
 
 
 @dataclass(frozen=True, repr=False)
@@ -238,8 +245,11 @@ def saved_answer(path: Path, fingerprint: str) -> ModelAnswer | None:
         return None
 
 
-def read_comparison(folder: Path, model: str = "") -> dict[str, Any]:
-    """The content of a folder's models.json; raises UserError where there is none, no model is ranked, or not this."""
+def read_comparison(folder: Path, model: str = "") -> ModelComparison:
+    """From a folder's models.json, without residuals, which it does not keep.
+
+    model: one that must be ranked. Raises UserError where there is no such file, no model is ranked, or not this one.
+    """
     path = folder / COMPARISON
     if not path.is_file():
         raise UserError(
@@ -247,21 +257,38 @@ def read_comparison(folder: Path, model: str = "") -> dict[str, Any]:
             f"CASE --measured CSV --out {folder}"
         )
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        ranking, models = list(content["ranking"]), dict(content["models"])
-    except (ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{path} is damaged; repeat birdstrike calibrate-models") from error
-    if not ranking and not model:
-        reasons = "; ".join(f"{name}: {one.get('failure')}" for name, one in models.items())
+        tree = _JSON.validate_json(path.read_bytes())
+        models = {name: _answer_of(name, own) for name, own in tree["models"].items()}
+        found = _COMPARISON.validate_python({**tree, "models": models})
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise UserError(f"{path} is damaged or of another version; repeat birdstrike calibrate-models") from error
+    if not found.ranking and not model:
+        reasons = "; ".join(f"{name}: {one.failure}" for name, one in models.items())
         raise UserError(f"{path}: no model has an answer: {reasons}")
-    if model and model not in ranking:
-        if failure := models.get(model, {}).get("failure"):
-            raise UserError(f"{path}: {model} has no answer: {failure}")
-        raise UserError(
-            f'{path} ranks no model "{model}" but {", ".join(ranking) or "none"}; to have it, repeat calibrate-models '
-            f"with the same --out and --models {','.join([*models, model])}"
-        )
-    return content
+    if model and model not in found.ranking:
+        raise UserError(f"{path}: {_not_ranked(found, model)}")
+    return found
+
+
+def _answer_of(name: str, tree: Mapping[str, Any]) -> ModelAnswer:
+    """One model of models.json."""
+    weighted = tree["verified_weighted"]
+    verified = {shot: {"rmse": rmse, "weighted": weighted[shot]} for shot, rmse in tree["verified"].items()}
+    own = {"name": name, "verified": verified, "strikes": tree["strikes_per_shot"]}
+    return _ANSWER.validate_python({**tree, **own})
+
+
+def _not_ranked(found: ModelComparison, model: str) -> str:
+    """Why a comparison has no answer of a model, and how it gets one."""
+    if model in found.models:
+        return f"{model} has no answer: {found.models[model].failure}"
+    said = f'ranks no model "{model}" but {", ".join(found.ranking) or "none"}'
+    try:
+        candidate(model)
+    except UserError as error:
+        return f"{said}; {'; '.join(error.errors).removeprefix('--models: ')}"
+    wanted = ",".join([*found.models, model])
+    return f"{said}; to have it, repeat calibrate-models with the same --out and --models {wanted}"
 
 
 _JSON = TypeAdapter(dict[str, Any])

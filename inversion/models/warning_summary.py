@@ -9,10 +9,10 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from birdstrike.data.formatting import listing, many
 from birdstrike.inversion.models.ranking import misses
+from birdstrike.inversion.models.results import ModelAnswer
 
 MOST_NAMED = 3  # channels
 MOST_MODELS = 9
@@ -53,19 +53,19 @@ def summarised(lines: Mapping[str, Iterable[str]]) -> tuple[str, ...]:
     return (*grave, *(f"{listing(models, MOST_MODELS)}: {line}" for line, models in others.items()), *minor)
 
 
-def warnings_of(models: Mapping[str, Mapping[str, Any]], ranking: Sequence[str]) -> dict[str, tuple[str, ...]]:
+def warnings_of(models: Mapping[str, ModelAnswer], ranking: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Model -> its warnings as a comparison gives them, or why it has no answer.
 
     Where the first of the ranking fits a record, the warnings of a model that does not fit it about that record's clock
-    and sign are left out. models: as models.json has them.
+    and sign are left out.
     """
-    first_fits = bool(ranking) and not misses(models[ranking[0]].get("expected_95"))
+    first_fits = bool(ranking) and not misses(models[ranking[0]].expected_95)
 
-    def told(one: Mapping[str, Any]) -> tuple[str, ...]:
-        if failure := one.get("failure"):
-            return (f"no answer: {failure}",)
-        unreliable = first_fits and misses(one.get("expected_95"))
-        return tuple(line for line in one.get("warnings", ()) if not (unreliable and IMPLAUSIBLE_RECORD.search(line)))
+    def told(one: ModelAnswer) -> tuple[str, ...]:
+        if one.failure:
+            return (f"no answer: {one.failure}",)
+        unreliable = first_fits and misses(one.expected_95)
+        return tuple(line for line in one.warnings if not (unreliable and IMPLAUSIBLE_RECORD.search(line)))
 
     return {name: told(one) for name, one in models.items()}
 

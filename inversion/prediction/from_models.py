@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,7 +16,7 @@ from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.models.ranking import misses
-from birdstrike.inversion.models.results import COMPARISON, read_comparison
+from birdstrike.inversion.models.results import COMPARISON, ModelAnswer, ModelComparison, read_comparison
 from birdstrike.inversion.models.scaled import Scale
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.prediction.from_inversion import NO_SAMPLE, rough_draws
@@ -29,7 +28,6 @@ from birdstrike.inversion.prediction.learnt import (
     amplitudes,
     calibrated_error,
 )
-from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.files import read_region
 
@@ -38,21 +36,22 @@ LEAST = 0.02  # probability of being the best below which a model is left out
 
 def read_models(folder: Path, model: str = "") -> Learnt:
     """From the folder of calibrate-models; model: this one alone. Raises UserError where none, or not it, is ranked."""
-    content = read_comparison(folder, model)
-    shares = {name: float(content["models"][name].get("probability_best") or 0.0) for name in content["ranking"]}
-    likely = [name for name, share in shares.items() if share >= LEAST] or list(content["ranking"][:1])
+    comparison = read_comparison(folder, model)
+    shares = {name: comparison.models[name].probability_best or 0.0 for name in comparison.ranking}
+    likely = [name for name, share in shares.items() if share >= LEAST] or list(comparison.ranking[:1])
     kept = [model] if model else likely
     rough = [name for name in kept if not (folder / name / DRAWS_FILE).is_file()]
-    names = list(content["records"])
+    names = list(comparison.records)
     cases = {name: stored_case(folder / kept[0] / name) for name in names}
     shots = tuple(LearntShot(name, conditions(cases[name]), _errors(folder, name, kept, cases[name])) for name in names)
     whole = sum(shares[name] for name in kept)
     explanations = tuple(
-        _explanation(folder, name, shares[name] / whole if whole else 1.0 / len(kept), shots, content) for name in kept
+        _explanation(folder, comparison.models[name], shares[name] / whole if whole else 1.0 / len(kept), shots)
+        for name in kept
     )
     stored = [name for name in kept if name not in rough]
     said = (
-        _which(kept, shares, content["models"]),
+        _which(kept, shares, comparison.models),
         *([f"up to 2000 draws of {listing(stored)} from the posterior ({DRAWS_FILE})"] if stored else []),
         *([f"{listing(rough)}: {NO_SAMPLE}"] if rough else []),
         "the bird's material is each model's own; what the new case states of it is not used",
@@ -67,11 +66,11 @@ def read_models(folder: Path, model: str = "") -> Learnt:
         corrected=False,
         diagnosed=False,
         said=said,
-        warnings=(*_warnings(content, kept), *(f"{name}: {NO_SAMPLE}" for name in rough)),
+        warnings=(*_warnings(comparison, kept), *(f"{name}: {NO_SAMPLE}" for name in rough)),
     )
 
 
-def _which(kept: Sequence[str], shares: Mapping[str, float], models: Mapping[str, Any]) -> str:
+def _which(kept: Sequence[str], shares: Mapping[str, float], models: Mapping[str, ModelAnswer]) -> str:
     if len(kept) == 1:
         best = f"probability of being the best {100 * shares[kept[0]]:.0f} %"
         return f"the bird model {kept[0]} alone (held-out error {_heldout(models[kept[0]])}, {best})"
@@ -79,32 +78,31 @@ def _which(kept: Sequence[str], shares: Mapping[str, float], models: Mapping[str
     return f"{len(kept)} bird models by their probability of being the best ({shown})"
 
 
-def _heldout(model: Mapping[str, Any]) -> str:
-    return f"{model['expected']:.2f} times the noise"
+def _heldout(model: ModelAnswer) -> str:
+    return f"{model.error[0]:.2f} times the noise"
 
 
-def _warnings(content: Mapping[str, Any], kept: Sequence[str]) -> Iterator[str]:
+def _warnings(comparison: ModelComparison, kept: Sequence[str]) -> Iterator[str]:
     """Those of the comparison as a whole, then those of the models that are used, and of no other."""
-    own = warnings_of(content["models"], content["ranking"])
+    own = warnings_of(comparison.models, comparison.ranking)
     of_models = summarised(own)
-    first = content["ranking"][0]
+    first = comparison.ranking[0]
     for name in kept:
-        if first not in kept and misses(interval := content["models"][name].get("expected_95")):
+        _, interval = comparison.models[name].error
+        if first not in kept and misses(interval):
             yield (
                 f"{name} leaves {interval[0]:.3g} .. {interval[1]:.3g} times the noise (95 %) in what it was not "
                 f"calibrated to; the best model of {COMPARISON} is {first}"
             )
-    yield from (line for line in content.get("warnings", ()) if line not in of_models)
+    yield from (line for line in comparison.warnings if line not in of_models)
     yield from summarised({name: own[name] for name in kept})
 
 
-def _explanation(
-    folder: Path, name: str, share: float, shots: tuple[LearntShot, ...], content: Mapping[str, Any]
-) -> Explanation:
-    keys = tuple(content["models"][name]["parameters"])
+def _explanation(folder: Path, model: ModelAnswer, share: float, shots: tuple[LearntShot, ...]) -> Explanation:
+    name, keys = model.name, tuple(model.parameters)
     file = folder / name / DRAWS_FILE
     own_case = stored_case(folder / name / shots[0].name)
-    table = pd.read_csv(file) if file.is_file() else _rough(folder / name, content["models"][name], own_case)
+    table = pd.read_csv(file) if file.is_file() else _rough(folder / name, model, own_case)
     draws = table[list(keys)].to_numpy(float)
     n = len(draws)
     shared, own = amplitudes(shots, name, {}, n, np.random.default_rng(0))
@@ -120,12 +118,11 @@ def _explanation(
     )
 
 
-def _rough(folder: Path, answer: Mapping[str, Any], case: Case) -> pd.DataFrame:
+def _rough(folder: Path, model: ModelAnswer, case: Case) -> pd.DataFrame:
     """Where no sample is stored; case: with the ranges."""
     space = ParameterSpace.of_case(case)
     searched = Scale(space).physical(read_region(_present(folder.parent, folder / "emulator.npz")))
-    estimates = {key: Estimate(**one) for key, one in answer["parameters"].items()}
-    return pd.DataFrame(rough_draws(space, estimates, searched, 0), columns=list(space.names))
+    return pd.DataFrame(rough_draws(space, model.parameters, searched, 0), columns=list(space.names))
 
 
 def _errors(folder: Path, shot: str, models: list[str], case: Case) -> dict[str, SensorError]:

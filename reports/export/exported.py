@@ -15,7 +15,7 @@ from birdstrike.data.formatting import listing, quantity, span
 from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.inversion.estimation.verification import error_words
-from birdstrike.inversion.labels import flight, provenance_of
+from birdstrike.inversion.labels import flight
 from birdstrike.inversion.models.results import COMPARISON, read_comparison
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.estimates import Answer, Estimate
@@ -121,34 +121,30 @@ def chosen_model(folder: Path, model: str = "") -> tuple[Path, str] | None:
         return None
     if model and own and model != own:
         raise UserError(f"--model {model}: {folder} is of the bird model {own}; give {whole}")
-    content = read_comparison(whole, model or own)
-    if not content["ranking"]:
-        raise UserError(f"{whole}: no model has an answer; {COMPARISON} says why under each model")
-    return whole, model or own or content["ranking"][0]
+    return whole, model or own or read_comparison(whole, model or own).ranking[0]
 
 
 def _of_model(folder: Path, name: str) -> Export:
     """The bird of one calibrated model of a comparison, with what is known of its constants."""
-    content = read_comparison(folder, name)
-    answer, shots = content["models"][name], list(content["speeds"])
+    comparison = read_comparison(folder, name)
+    answer, shots = comparison.models[name], list(comparison.speeds)
     base = stored_case(folder / name / shots[0])
-    estimates = {key: _estimate(one) for key, one in answer["parameters"].items()}
-    values = {key: one.value for key, one in estimates.items() if one.value is not None}
+    values = {key: one.value for key, one in answer.parameters.items() if one.value is not None}
     bird = base.with_values(values).bird
     remarks = [
-        f"{key.removeprefix(MATERIAL)}: {_known(one, one.value, answer['ranges'][key])}"
-        for key, one in estimates.items()
+        f"{key.removeprefix(MATERIAL)}: {_known(one, one.value, answer.ranges[key])}"
+        for key, one in answer.parameters.items()
     ]
-    remarks += [one["sentence"] for one in answer["combinations"].values() if one["sentence"]]
-    low, high = answer["expected_95"]
-    files = ", ".join(Path(content["records"][shot]).name for shot in shots)
+    remarks += [one.sentence for one in answer.combinations.values() if one.sentence]
+    error, (low, high) = answer.error
+    files = ", ".join(Path(comparison.records[shot]).name for shot in shots)
     source = (
-        f"Bird model {name} calibrated by calibrate-models ({COMPARISON}), place {content['ranking'].index(name) + 1} "
-        f"of {len(content['ranking'])}, held-out error {answer['expected']:.2f} times the noise (95 %: {low:.2f} .. "
+        f"Bird model {name} calibrated by calibrate-models ({COMPARISON}), place {comparison.ranking.index(name) + 1} "
+        f"of {len(comparison.ranking)}, held-out error {error:.2f} times the noise (95 %: {low:.2f} .. "
         f"{high:.2f}).",
-        *([] if answer["inside"] else ["NO CONSTANTS in its ranges produce the records: these are only the nearest."]),
-        f"{content['sentence']}.",
-        f"Records: {files}. {provenance_of(content, shots)}.",
+        *([] if answer.inside else ["NO CONSTANTS in its ranges produce the records: these are only the nearest."]),
+        f"{comparison.sentence}.",
+        f"Records: {files}. {comparison.provenance}.",
         f"Case of the first {case_hash(base)}: {_impact(base)}.",
     )
     return Export((ExportedBird(name, bird.material, bird.actual_density, tuple(remarks)),), source)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from birdstrike.data.curves import read_histories, read_measured
@@ -28,15 +29,15 @@ SWITCHES = {RECORD: "record", CALIBRATED: "calibrated constants", PUBLISHED: "pu
 
 def read_models(folder: Path) -> ModelsResults:
     """models.json and the curves of a folder; raises UserError where they are missing or damaged."""
-    content = read_comparison(folder)
-    shots = list(content["speeds"])
+    comparison = read_comparison(folder)
+    shots = list(comparison.speeds)
     records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in shots}
-    curves = {what: {s: _curves(folder, what, s, content["models"]) for s in shots} for what in (CALIBRATED, PUBLISHED)}
-    program = program_in(folder / next(iter(content["models"])) / shots[0])
-    return ModelsResults(content, records, curves[CALIBRATED], curves[PUBLISHED], program)
+    curves = {what: {s: _curves(folder, what, s, comparison.models) for s in shots} for what in (CALIBRATED, PUBLISHED)}
+    program = program_in(folder / next(iter(comparison.models)) / shots[0])
+    return ModelsResults(comparison, records, curves[CALIBRATED], curves[PUBLISHED], program)
 
 
-def _curves(folder: Path, what: str, shot: str, names: dict[str, object]) -> dict[str, Histories]:
+def _curves(folder: Path, what: str, shot: str, names: Iterable[str]) -> dict[str, Histories]:
     files = {name: folder / name / f"{what}_{shot}.csv" for name in names}
     return {name: read_histories(path) for name, path in files.items() if path.is_file()}
 

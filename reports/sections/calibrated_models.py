@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.histories import Histories
 from birdstrike.inversion.misfit import rms
+from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.calibrated_models import curves_figure, heldout_figure
 from birdstrike.reports.figures.quantities import parameter_label
@@ -20,9 +20,9 @@ NONE = "–"
 
 @dataclass(frozen=True)
 class ModelsResults:
-    """content: models.json; records: shot -> record; calibrated, published: shot -> model -> curves; program: whose."""
+    """records: shot -> record; calibrated, published: shot -> model -> curves; program: whose."""
 
-    content: Mapping[str, Any]
+    found: ModelComparison
     records: Mapping[str, Measured]
     calibrated: Mapping[str, Mapping[str, Histories]]
     published: Mapping[str, Mapping[str, Histories]]
@@ -31,23 +31,23 @@ class ModelsResults:
     @property
     def ranked(self) -> list[str]:
         """Models with an answer, best first."""
-        return list(self.content["ranking"])
+        return list(self.found.ranking)
 
     def title(self, shot: str) -> str:
         """`s70, 70 m/s`."""
-        return f"{shot}, {self.content['speeds'][shot]:g} m/s"
+        return f"{shot}, {self.found.speeds[shot]:g} m/s"
 
 
 def answer_section(results: ModelsResults) -> Section:
     """Which model predicts best, overall and at each speed."""
-    content = results.content
-    lines = [f"{results.title(shot)}: {said}." for shot, said in content["per_shot_sentences"].items()]
-    blocks: list[Block] = [Paragraph(f"{content['sentence']}."), *map(Paragraph, lines)]
-    if content["warnings"]:
-        blocks.append(Warnings(tuple(content["warnings"])))
+    found = results.found
+    lines = [f"{results.title(shot)}: {said}." for shot, said in found.per_shot_sentences.items()]
+    blocks: list[Block] = [Paragraph(f"{found.sentence}."), *map(Paragraph, lines)]
+    if found.warnings:
+        blocks.append(Warnings(found.warnings))
     by = (
         "Each shot is predicted by the solver with the constants that the other shots gave"
-        if content["heldout_by"] == "shot"
+        if found.heldout_by == "shot"
         else "Each third of the record is predicted by the solver with the constants that the other two gave"
     )
     words = (
@@ -57,14 +57,13 @@ def answer_section(results: ModelsResults) -> Section:
         "bootstrap, the same blocks for every model, in which no other model is better."
     )
     head = ("bird model", "expected error", "probability of being best")
-    rows = tuple(_ranked_row(content["models"][name], name) for name in results.ranked)
+    rows = tuple(_ranked_row(found.models[name]) for name in results.ranked)
     blocks.append(Table(head, rows, words, frozenset({1, 2})))
     shots = {
         results.title(shot): {
-            name: (content["models"][name]["heldout"][shot], tuple(content["models"][name]["heldout_95"][shot]))
-            for name in results.ranked
+            name: (found.models[name].heldout[shot], found.models[name].heldout_95[shot]) for name in results.ranked
         }
-        for shot in content["speeds"]
+        for shot in found.speeds
     }
     if results.ranked:
         caption = "These errors by shot, with their 95 % intervals; dotted: the noise."
@@ -72,8 +71,8 @@ def answer_section(results: ModelsResults) -> Section:
     return Section("answer", "Which bird model predicts best", tuple(blocks))
 
 
-def _ranked_row(model: Mapping[str, Any], name: str) -> tuple[str, ...]:
-    return (name, _error(model["expected"], model["expected_95"]), f"{100 * model['probability_best']:.0f} %")
+def _ranked_row(model: ModelAnswer) -> tuple[str, ...]:
+    return (model.name, _error(*model.error), f"{100 * (model.probability_best or 0.0):.0f} %")
 
 
 def _error(value: float, ends: tuple[float, float]) -> str:
@@ -85,9 +84,9 @@ def constants_section(results: ModelsResults) -> Section:
     blocks: list[Block] = []
     rows, said = list[tuple[str, ...]](), list[str]()
     for name in results.ranked:
-        model = results.content["models"][name]
-        rows += _constants(name, model)
-        said += [f"{name}: {one['sentence']}." for one in model["combinations"].values() if one["sentence"]]
+        model = results.found.models[name]
+        rows += _constants(model)
+        said += [f"{name}: {one.sentence}." for one in model.combinations.values() if one.sentence]
     words = (
         "Constants of each model from all shots together, with 95 % intervals, beside published ones of such birds. A "
         "constant whose interval is not much narrower than its range is not identifiable from these records."
@@ -96,12 +95,10 @@ def constants_section(results: ModelsResults) -> Section:
         Table(("bird model", "constant", "calibrated", "95 % interval", "range", "published"), tuple(rows), words)
     )
     blocks += map(Paragraph, said)
-    sources = {
-        n: results.content["models"][n]["source"] for n in results.ranked if results.content["models"][n]["source"]
-    }
+    sources = {name: source for name in results.ranked if (source := results.found.models[name].source)}
     if sources:
         blocks.append(Paragraph("Published: " + "; ".join(f"{n}: {text}" for n, text in sources.items()) + "."))
-    errors = tuple((name, *row) for name in results.ranked for row in _pairs(results, results.content["models"][name]))
+    errors = tuple((name, *row) for name in results.ranked for row in _pairs(results, results.found.models[name]))
     words = (
         "Error over noise of the solver with calibrated and with published constants, shot by shot. Held out: as "
         "above, with constants that the shot or the third had no part in."
@@ -111,16 +108,15 @@ def constants_section(results: ModelsResults) -> Section:
     return Section("constants", "Calibrated beside published constants", tuple(blocks))
 
 
-def _constants(name: str, model: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
-    for key, one in model["parameters"].items():
-        unit, published = one["unit"], model["literature"].get(key)
-        known = one["identified"] and one["value"] is not None
+def _constants(model: ModelAnswer) -> Iterator[tuple[str, ...]]:
+    for key, one in model.parameters.items():
+        unit, published = one.unit, model.literature.get(key)
         yield (
-            name,
-            parameter_label(key, model["parameters"]),
-            quantity(one["value"], unit) if known else "not identifiable",
-            _span(one["interval_95"], unit) if one["interval_95"] else NONE,
-            _span(model["ranges"][key], unit),
+            model.name,
+            parameter_label(key, model.parameters),
+            quantity(one.value, unit) if one.identified and one.value is not None else "not identifiable",
+            _span(one.interval_95, unit) if one.interval_95 else NONE,
+            _span(model.ranges[key], unit),
             NONE if published is None else quantity(published, unit),
         )
 
@@ -129,13 +125,13 @@ def _span(ends: tuple[float, float], unit: str) -> str:
     return span(ends[0], ends[1], unit)
 
 
-def _pairs(results: ModelsResults, model: Mapping[str, Any]) -> Iterator[tuple[str, str, str, str]]:
+def _pairs(results: ModelsResults, model: ModelAnswer) -> Iterator[tuple[str, str, str, str]]:
     """By shot, which would make columns too many for a page: its title, and the errors of a model over noise."""
-    for shot in results.content["speeds"]:
-        published = model["published"].get(shot)
-        shown = f"{published['weighted']:.2f}" if published else NONE
-        heldout = _error(model["heldout"][shot], model["heldout_95"][shot])
-        yield results.title(shot), heldout, f"{model['verified_weighted'][shot]:.2f}", shown
+    for shot in results.found.speeds:
+        published = model.published.get(shot)
+        shown = f"{published.weighted:.2f}" if published else NONE
+        heldout = _error(model.heldout[shot], model.heldout_95[shot])
+        yield results.title(shot), heldout, f"{model.verified[shot].weighted:.2f}", shown
 
 
 def curves_section(results: ModelsResults) -> Section:
@@ -161,7 +157,7 @@ def curves_section(results: ModelsResults) -> Section:
 
 def basis_section(results: ModelsResults) -> Section:
     """Simulations, emulators and erosion behind the answer."""
-    rows = tuple(_basis(name, results.content["models"][name]) for name in results.ranked)
+    rows = tuple(_basis(results.found.models[name]) for name in results.ranked)
     words = (
         "Simulations a shot: campaign, runs near the answer, verification, held-out prediction, published constants. "
         "Q2: least leave-one-out Q2 of a channel's emulator, 1 is perfect; below 0.9 the channel carries that "
@@ -170,7 +166,7 @@ def basis_section(results: ModelsResults) -> Section:
     )
     head = ("bird model", "simulations a shot", "least Q2", "in", "eroded", "discrepancy", "seconds")
     tables = [Table(head, rows, words, frozenset({1, 2, 4, 5, 6}))]
-    if any(results.content["models"][name]["optimised"] for name in results.ranked):
+    if any(results.found.models[name].optimised for name in results.ranked):
         tables.append(_optimised(results))
     return Section("basis", "What the answer rests on", tuple(tables))
 
@@ -179,11 +175,11 @@ def _optimised(results: ModelsResults) -> Table:
     """Optimisers with the solver in the loop beside the calibration."""
     rows = []
     for name in results.ranked:
-        model = results.content["models"][name]
-        own = rms(list(model["verified_weighted"].values()))
-        rows.append((name, "calibration", f"{own:.2f}", str(max(model["strikes_per_shot"].values())), ""))
-        for method, one in model["optimised"].items():
-            rows.append((name, method.replace("_", " "), f"{one['weighted']:.2f}", str(one["strikes"]), one["ended"]))
+        model = results.found.models[name]
+        own = rms([one.weighted for one in model.verified.values()])
+        rows.append((name, "calibration", f"{own:.2f}", str(max(model.strikes.values())), ""))
+        for method, one in model.optimised.items():
+            rows.append((name, method.replace("_", " "), f"{one.weighted:.2f}", str(one.strikes), one.ended))
     words = (
         "Error over the noise of the solver at each method's constants, all shots, and simulations of each shot; those "
         "of the calibration include its held-out predictions and the published constants."
@@ -193,15 +189,15 @@ def _optimised(results: ModelsResults) -> Table:
     )
 
 
-def _basis(name: str, model: Mapping[str, Any]) -> tuple[str, ...]:
-    q2 = {f"{plain(c)} of {shot}": v for shot, own in model["q2"].items() for c, v in own.items() if v is not None}
+def _basis(model: ModelAnswer) -> tuple[str, ...]:
+    q2 = {f"{plain(c)} of {shot}": v for shot, own in model.q2.items() for c, v in own.items() if v is not None}
     worst = min(q2, key=lambda key: q2[key]) if q2 else ""
     return (
-        name,
-        str(max(model["strikes_per_shot"].values(), default=0)),
+        model.name,
+        str(max(model.strikes.values(), default=0)),
         f"{q2[worst]:.3f}" if worst else NONE,
         worst,
-        f"{100 * max(model['eroded'].values(), default=0.0):.0f} %",
-        f"{100 * model['discrepancy']:.1f} %",
-        f"{model['wall_s']:.0f}",
+        f"{100 * max(model.eroded.values(), default=0.0):.0f} %",
+        f"{100 * model.discrepancy:.1f} %",
+        f"{model.wall_s:.0f}",
     )

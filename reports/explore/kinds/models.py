@@ -16,7 +16,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.files import read_json
 from birdstrike.data.formatting import plain, span
 from birdstrike.data.out_folder import maker_of, model_of
-from birdstrike.inversion.models.results import read_comparison
+from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, read_comparison
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs
 from birdstrike.surrogate.files import load_emulator, read_runs
@@ -32,40 +32,41 @@ def read(folder: Path) -> tuple[View, ...]:
     """One view for every model that has an answer, or for the one whose folder it is; raises UserError for a folder
     that is not whole."""
     folder, model = model_of(folder) or (folder, "")
-    content = read_comparison(folder, model)
-    names = [model] if model else content["ranking"]
+    comparison = read_comparison(folder, model)
+    names = [model] if model else comparison.ranking
     missing = [name for name in names if "noise" not in read_json(folder / name / "emulator.json")]
     if missing:
         raise UserError(
             f"no emulator of {', '.join(missing)} in {folder}, or one of an earlier version; repeat "
             "calibrate-models with the same --out, whose simulations are stored"
         )
-    records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in content["speeds"]}
-    return tuple(_view(folder / name, name, content, records) for name in names)
+    records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in comparison.speeds}
+    return tuple(_view(folder / name, comparison, comparison.models[name], records) for name in names)
 
 
-def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, Measured]) -> View:
-    own, model = read_json(folder / "emulator.json"), content["models"][name]
+def _view(folder: Path, comparison: ModelComparison, model: ModelAnswer, records: dict[str, Measured]) -> View:
+    own = read_json(folder / "emulator.json")
     emulator = load_emulator(folder / "emulator.npz")
     theta, curves = read_runs(folder / "emulator.npz")
     presets = [preset("calibrated", own["calibrated"])]
     presets += [preset("published", own["published"])] if own["published"] else []
-    said = [answer(key, one["unit"], one, own["units"]) for key, one in model["parameters"].items()]
-    combined = "; ".join(one["sentence"] for one in model["combinations"].values() if one["sentence"])
-    place = f"Place {content['ranking'].index(name) + 1} of {len(content['ranking'])}"
+    estimates = {key: vars(one) for key, one in model.parameters.items()}
+    said = [answer(key, one["unit"], one, own["units"]) for key, one in estimates.items()]
+    combined = "; ".join(one.sentence for one in model.combinations.values() if one.sentence)
+    place = f"Place {comparison.ranking.index(model.name) + 1} of {len(comparison.ranking)}"
     return View(
-        title=f"Bird model {name}",
-        headline=f"{place}: held-out error {model['expected']:.2f} times the noise. {combined}".strip(),
-        parameters=[_slider(key, own, model["parameters"].get(key)) for key in emulator.names],
+        title=f"Bird model {model.name}",
+        headline=f"{place}: held-out error {model.error[0]:.2f} times the noise. {combined}".strip(),
+        parameters=[_slider(key, own, estimates.get(key)) for key in emulator.names],
         systems=[emulator_table(emulator)],
         shots=[
-            _shot(f"{shot}, {content['speeds'][shot]:g} m/s", own["channels"][shot], own["noise"][shot], measured)
+            _shot(f"{shot}, {comparison.speeds[shot]:g} m/s", own["channels"][shot], own["noise"][shot], measured)
             for shot, measured in records.items()
         ],
         answers=said,
         presets=presets,
         runs=runs(theta, next(iter(emulator.channels.values())).time, curves),
-        warnings=model["warnings"],
+        warnings=list(model.warnings),
         case=str(folder / next(iter(records)) / "case.toml"),
     )
 

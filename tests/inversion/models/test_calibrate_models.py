@@ -383,7 +383,8 @@ def test_of_a_folder_where_no_call_has_finished_the_resumption_is_named(tmp_path
 
 def test_where_no_model_has_an_answer_the_reasons_are_told(calibrated: Calibrated, tmp_path: Path) -> None:
     """explore asked to repeat the call, whose models all failed."""
-    models = {"elastic": {"failure": "none of the 8 runs finished"}, "null": {"failure": "the energy was off"}}
+    reasons = {"elastic": "none of the 8 runs finished", "null": "the energy was off"}
+    models = {name: calibrated.content["models"]["null"] | {"failure": reason} for name, reason in reasons.items()}
     content = calibrated.content | {"ranking": [], "models": models}
     (tmp_path / "models.json").write_text(json.dumps(content), encoding="utf-8")
     for read in (explore, read_models, partial(export, out=tmp_path / "bird.k")):
@@ -394,7 +395,9 @@ def test_where_no_model_has_an_answer_the_reasons_are_told(calibrated: Calibrate
 @pytest.mark.parametrize(
     ("source", "given", "said"),
     [
-        ("", {"model": "jelly"}, r'ranks no model "jelly" but murnaghan, null; to have it'),
+        ("", {"model": "jelly"}, r'ranks no model "jelly" but murnaghan, null; "jelly" '),
+        ("", {"model": "nul"}, r'ranks no model "nul" but murnaghan, null; "nul" .*null'),
+        ("", {"model": "elastic"}, r"; to have it, repeat calibrate-models with .* --models null,murnaghan,elastic"),
         ("null", {"model": "elastic"}, r"--model elastic: .*null is of the bird model null; give "),
         ("", {"method": "network"}, r"--case and --method are of inversions; a model of .* is chosen by --model alone"),
         ("null/shot_0/case.toml", {"model": "null"}, r"--model null chooses from the folder of birdstrike calibrate-"),

@@ -14,6 +14,7 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
+from birdstrike.inversion.models.results import read_comparison
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.prediction.from_models import read_models
 from birdstrike.inversion.prediction.predict import PredictOptions, predict
@@ -86,7 +87,7 @@ def test_models_that_are_not_used_are_not_warned_of(folder: Path, tmp_path: Path
     copy = shutil.copytree(folder, tmp_path / "copy")
     content = json.loads((copy / "models.json").read_text(encoding="utf-8"))
     of_other = "bird.particles = 9 is too coarse: expect an error"
-    content["models"]["null"] = {"failure": None, "warnings": [of_other], "probability_best": 0.0}
+    content["models"]["null"] = content["models"]["murnaghan"] | {"warnings": [of_other], "probability_best": 0.0}
     content["models"]["murnaghan"]["warnings"] = ["its own"]
     content["warnings"] = ["of the comparison", *summarised({"murnaghan": ["its own"], "null": [of_other]})]
     (copy / "models.json").write_text(json.dumps(content), encoding="utf-8")
@@ -100,9 +101,11 @@ def test_what_a_model_that_misses_doubts_does_not_double_the_warning_of_one_that
     content = json.loads((copy / "models.json").read_text(encoding="utf-8"))
     late = "force lies beside the runs best when its clock is moved by +0.10 ms; a late or early trigger?"
     used = content["models"]["murnaghan"] | {"warnings": [late], "expected_95": [0.9, 1.1]}
-    missing = {"failure": None, "warnings": [late], "expected_95": [29.0, 31.0], "probability_best": 0.0}
-    content["models"] = {"murnaghan": used, "null": missing}
-    content["warnings"] = list(summarised(warnings_of(content["models"], content["ranking"])))
+    missing = used | {"expected_95": [29.0, 31.0], "probability_best": 0.0}
+    content |= {"models": {"murnaghan": used, "null": missing}, "warnings": []}
+    (copy / "models.json").write_text(json.dumps(content), encoding="utf-8")
+    found = read_comparison(copy)
+    content["warnings"] = list(summarised(warnings_of(found.models, found.ranking)))
     (copy / "models.json").write_text(json.dumps(content), encoding="utf-8")
     assert read_models(copy).warnings == (f"beside the runs of murnaghan: {late}",)
 
@@ -151,5 +154,5 @@ def test_a_missing_run_of_a_model_is_named_with_the_remedy(folder: Path, tmp_pat
 
 def test_a_damaged_comparison_is_refused_with_the_remedy(tmp_path: Path) -> None:
     (tmp_path / "models.json").write_text('{"models": ', encoding="utf-8")
-    with pytest.raises(UserError, match="is damaged; repeat birdstrike calibrate-models"):
+    with pytest.raises(UserError, match="is damaged or of another version; repeat birdstrike calibrate-models"):
         read_models(tmp_path)

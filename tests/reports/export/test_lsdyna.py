@@ -212,7 +212,9 @@ def test_wrong_units_another_case_and_an_absent_method_are_the_users_errors(loop
     with pytest.raises(UserError, match=r"holds no inversion.json"):
         export(tmp_path, out)
     (tmp_path / "models.json").write_text("{}")
-    with pytest.raises(UserError, match=r"models.json is damaged; repeat birdstrike calibrate-models"):
+    with pytest.raises(
+        UserError, match=r"models.json is damaged or of another version; repeat birdstrike calibrate-models"
+    ):
         export(tmp_path, out)
     alone = tmp_path / "alone"
     alone.mkdir()
