@@ -200,6 +200,12 @@ def _reason(error: BaseException, said: str) -> str:
     if isinstance(error, SystemExit):
         printed = [line for line in said.splitlines() if line.strip() and "Couldn't read file" not in line]
         return " ".join(" ".join(printed).split()).removeprefix("Error: ") or "it ended without a reason"
+    if "gmsh:physical" in str(error):
+        return (
+            "some of its elements are in no physical group, which meshio does not read in Gmsh's version 4; put every "
+            "surface into a group and save the groups alone (Mesh.SaveAll = 0), or save it as version 2.2 "
+            "(Mesh.MshFileVersion = 2.2)"
+        )
     if isinstance(error, KeyError):
         return f"it refers to {error.args[0]}, which is not there"
     return str(error) or type(error).__name__
@@ -214,6 +220,9 @@ def _groups(file: Any) -> dict[str, NDArray[np.int64]]:
             name = named.get((int(tag), GROUPED[block.type]))
             if name is not None:
                 found.setdefault(name, []).append(block.data[np.asarray(own) == tag].ravel())
+    for name in set(file.cell_sets) & {name for (_, dimension), name in named.items() if dimension < 2}:
+        for block, own in zip(file.cells, file.cell_sets[name], strict=True):  # of version 4: a curve in several groups
+            found.setdefault(name, []).append(block.data[own].ravel())
     return {name: np.unique(np.concatenate(nodes)) for name, nodes in found.items()}
 
 

@@ -116,10 +116,14 @@ def lines_of(path: str | Path) -> list[str]:
 
 @dataclass
 class Files:
-    """A text file and all that it includes; found: these, in the order in which they are read."""
+    """A text file and all that it includes; found: these, in the order in which they are read.
+
+    folders: in which they may stand besides.
+    """
 
     first: Path
     found: list[Path] = field(default_factory=list)
+    folders: list[Path] = field(default_factory=list)
 
     def included(self, name: str, beside: Path, depth: int) -> Path:
         """The file that another one includes, beside that, beside the first or where we are.
@@ -129,7 +133,7 @@ class Files:
         name = name.strip().strip("'\"")
         if depth > DEEPEST:
             raise UserError(f"it includes {name}, and that at last itself; leave one of the lines out")
-        for path in (beside.parent / name, self.first.parent / name, Path(name)):
+        for path in (beside.parent / name, self.first.parent / name, *(one / name for one in self.folders), Path(name)):
             if is_file(path):
                 self.found.append(path)
                 return path
