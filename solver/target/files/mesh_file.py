@@ -171,8 +171,9 @@ def _by_meshio(path: str) -> Any:
             return meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio prints its reason and ends the process on some files
         raise UserError(
-            f"it is no mesh that meshio reads, or is damaged or cut short: {_reason(error, said.getvalue())}; write it "
-            "anew, as Abaqus .inp, Gmsh .msh, Nastran .bdf, VTK .vtk or .vtu, or LS-DYNA .k"
+            f"it is no mesh that meshio reads, or is damaged or cut short: {_reason(error, said.getvalue())}; rename "
+            "it, where it is one of these with another ending, or write it anew, as Abaqus .inp, Gmsh .msh, Nastran "
+            ".bdf, VTK .vtk or .vtu, or LS-DYNA .k"
         ) from error
 
 

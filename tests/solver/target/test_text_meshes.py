@@ -547,6 +547,12 @@ def test_lists_of_bounding_entities_of_gmsh_are_no_parts(tmp_path):
     assert read(tmp_path / "m.msh", "\n".join([*lines, "$EndElements"])).parts == ("part_1",)
 
 
+def test_a_format_with_an_ending_of_another_is_told_to_be_renamed(tmp_path):
+    """Nastran's .dat is Tecplot's to meshio."""
+    with pytest.raises(UserError, match=r"rename it, where it is one of these with another ending, .*Nastran \.bdf"):
+        read(tmp_path / "m.dat", bulk(CARDS))
+
+
 def test_shells_without_a_number_of_their_part_are_refused(tmp_path):
     part: Any = [np.array([1.0, 1.0, np.nan, 2.0])]
     meshio.Mesh(np.array(NODES), [("quad", np.array(QUADS) - 1)], cell_data={"part": part}).write(tmp_path / "m.vtu")
