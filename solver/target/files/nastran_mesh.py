@@ -167,7 +167,10 @@ def _exponent(text: str) -> str:
 
 
 def _lines(path: Path, files: Files, depth: int = 0) -> Iterator[str]:
-    """Lines of a file and of those that it includes, without comments and blank ones."""
+    """Lines of a file and of those that it includes, without comments and blank ones.
+
+    ENDDATA of an included file ends that file alone.
+    """
     lines = iter(lines_of(path))
     for line in lines:
         said = line.split("$")[0].rstrip()
@@ -175,6 +178,8 @@ def _lines(path: Path, files: Files, depth: int = 0) -> Iterator[str]:
             while said.count("'") == 1 and len(said) < LONGEST and (more := next(lines, None)) is not None:
                 said += more.split("$")[0].strip()
             yield from _lines(files.included(said[7:].lstrip(" ="), path, depth + 1), files, depth + 1)
+        elif depth and said.lstrip().upper().startswith("ENDDATA"):
+            return
         elif said.strip():
             yield said
 

@@ -247,6 +247,14 @@ def test_the_name_of_an_included_nastran_file_may_go_on_in_the_next_line(tmp_pat
     assert len(read(tmp_path / "m.bdf", bulk(["INCLUDE 'parts/", "  shells.bdf' $ here"])).quads) == 4
 
 
+def test_enddata_of_an_included_file_ends_that_file_alone(tmp_path):
+    """What the including file had behind it was lost without a word: shells, or what holds them."""
+    (tmp_path / "half.bdf").write_text("\n".join(["BEGIN BULK", *CARDS[:2], "ENDDATA"]) + "\n")
+    mesh = read(tmp_path / "m.bdf", bulk(["INCLUDE 'half.bdf'", *CARDS[2:]], "SPC1,5,123456,1,2"))
+    assert len(mesh.quads) == 4
+    assert nodes_of(mesh, "spc_5_123456") == [1, 2]
+
+
 def test_thicknesses_of_nastran_s_shells_are_told(tmp_path):
     """They were passed over without a word."""
     quads = [f"{card}\n{'':24s}     1.5     1.5     1.5     1.5" for card in CARDS[1:]]
