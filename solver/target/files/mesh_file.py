@@ -155,7 +155,9 @@ def _file(path: str) -> tuple[Any, list[str], list[Path]]:
     try:
         if ending not in READERS:
             file = _by_meshio(path)
-            return file, _left_out([] if ending == ".msh" else _loose(file)), []  # Gmsh's lines and points are groups
+            if ending == ".msh":  # Gmsh's lines and points are groups
+                return file, list(_unnamed_groups(file)), []
+            return file, _left_out(_loose(file)), []
         text = READERS[ending](path)
         return text.meshio(), [*text.told, *_left_out(text.held)], text.files
     except UserError as error:
@@ -215,7 +217,7 @@ def _reason(error: BaseException, said: str) -> str:
 def _groups(file: Any) -> dict[str, NDArray[np.int64]]:
     """Nodes of Gmsh's named groups of points and curves."""
     found: dict[str, list[NDArray[np.int64]]] = {}
-    named = {(int(value[0]), int(value[1])): name for name, value in file.field_data.items()}
+    named = _named_groups(file)
     for block, own in zip(file.cells, file.cell_data.get("gmsh:physical", []), strict=False):
         for tag in np.unique(own) if block.type in GROUPED else ():
             name = named.get((int(tag), GROUPED[block.type]))
@@ -225,6 +227,23 @@ def _groups(file: Any) -> dict[str, NDArray[np.int64]]:
         for block, own in zip(file.cells, file.cell_sets[name], strict=True):  # of version 4: a curve in several groups
             found.setdefault(name, []).append(block.data[own].ravel())
     return {name: np.unique(np.concatenate(nodes)) for name, nodes in found.items()}
+
+
+def _named_groups(file: Any) -> dict[tuple[int, int], str]:
+    """Names of Gmsh's groups by number and dimension."""
+    return {(int(value[0]), int(value[1])): name for name, value in file.field_data.items()}
+
+
+def _unnamed_groups(file: Any) -> Iterator[str]:
+    """What is said of Gmsh's groups of points and curves that make no set, as they have no name of their own."""
+    named, found = _named_groups(file), set[tuple[int, int]]()
+    for block, own in zip(file.cells, file.cell_data.get("gmsh:physical", []), strict=False):
+        found |= {(int(tag), GROUPED[block.type]) for tag in np.unique(own) if block.type in GROUPED and tag}
+    if lost := sorted(str(tag) for tag, dimension in found - named.keys()):
+        yield (
+            f"Gmsh's groups of points or curves {', '.join(lost)} are not read: they have no name of their own, and no "
+            'set is made of them; name them, as in Physical Curve("rim")'
+        )
 
 
 def _four(corners: NDArray[np.int64]) -> NDArray[np.int64]:

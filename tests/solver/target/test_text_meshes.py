@@ -535,6 +535,15 @@ def test_a_curve_in_several_groups_of_gmsh_belongs_to_each(tmp_path):
     assert (nodes_of(mesh, "left"), nodes_of(mesh, "ends")) == ([1, 2], [1, 2, 9, 10])
 
 
+@pytest.mark.parametrize(("name", "lost"), [(None, "1, 2"), ("skin", "2")])
+def test_groups_of_gmsh_without_a_name_of_their_own_are_told(tmp_path, name, lost):
+    """As where a curve's group is called as a surface's is: they were no sets, without a word."""
+    names = [] if name is None else [line.replace("ends", name) for line in NAMED]
+    said = warnings(tmp_path / "m.msh", msh4(*names, *entities("1 1", "1 2")))
+    assert len(said) == 1
+    assert said[0].startswith(f"Gmsh's groups of points or curves {lost} are not read: they have no name of their own")
+
+
 def test_elements_of_gmsh_in_no_group_are_told_with_the_remedy(tmp_path):
     with pytest.raises(UserError, match=r"some of its elements are in no physical group.*Mesh.SaveAll = 0"):
         read(tmp_path / "m.msh", msh4(*NAMED, *entities("0", "1 2")))
