@@ -110,8 +110,12 @@ def no_shells(kinds: Iterable[str]) -> str:
 
 
 def lines_of(path: str | Path) -> list[str]:
-    """Of a text file, whatever its encoding, without the mark that some editors begin it with."""
-    return Path(path).read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    """Of a text file, in UTF-8 or that of western Windows, without the mark that some editors begin it with."""
+    written = Path(path).read_bytes()
+    try:
+        return written.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        return written.decode("cp1252", errors="replace").splitlines()
 
 
 @dataclass

@@ -404,6 +404,14 @@ def test_a_keyword_file_s_sets_are_read_in_every_form(tmp_path, block, name, nod
     assert nodes_of(read(tmp_path / "m.k", keywords(*block)), name) == nodes
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+def test_names_are_read_in_the_encodings_of_pre_processors(tmp_path, encoding):
+    """In cp1252 their letters beyond ASCII were replaced, so that no case could name them."""
+    text = keywords("*SET_NODE_TITLE", "Einspannung au\u00dfen", ten(5), ten(1))
+    (tmp_path / "m.k").write_bytes(text.encode(encoding))
+    assert "Einspannung_au\u00dfen" in read_mesh(str(tmp_path / "m.k"), "mm").sets
+
+
 def test_parts_and_sets_of_one_name_are_told_apart_by_their_numbers(tmp_path):
     sets = ("*SET_NODE_TITLE", "rim", ten(5), ten(1), "*SET_NODE_TITLE", "rim", ten(6), ten(2))
     mesh = read(tmp_path / "m.k", keywords("*PART_COMPOSITE", "skin", ten(8), ten(1, 1.0), *sets))
