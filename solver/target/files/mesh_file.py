@@ -157,7 +157,7 @@ def _file(path: str) -> tuple[Any, list[str], list[Path]]:
             file = _by_meshio(path)
             if ending == ".msh":  # Gmsh's lines and points are groups
                 return file, list(_unnamed_groups(file)), []
-            return file, _left_out(_loose(file)), []
+            return file, [*_unread_numbers(file), *_left_out(_loose(file))], []
         text = READERS[ending](path)
         return text.meshio(), [*text.told, *_left_out(text.held)], text.files
     except UserError as error:
@@ -177,6 +177,17 @@ def _by_meshio(path: str) -> Any:
             "it, where it is one of these with another ending, or write it anew, as Abaqus .inp, Gmsh .msh, Nastran "
             ".bdf, VTK .vtk or .vtu, or LS-DYNA .k"
         ) from error
+
+
+def _unread_numbers(file: Any) -> Iterator[str]:
+    """What is said of whole numbers of the shells that may be those of their parts, in an array of another name."""
+    if file.cell_sets or any(key in file.cell_data for key in NUMBERED):
+        return
+    for name, blocks in file.cell_data.items():
+        own = [values for values, block in zip(blocks, file.cells, strict=True) if block.type in SHELLS]
+        values = np.concatenate(own) if own else np.empty(0)
+        if values.dtype.kind in "iu" and values.ndim == 1 and 1 < len(np.unique(values)) < len(values):
+            yield f'the array {name} is not read: all shells are of one part; call it "part" if it numbers their parts'
 
 
 def _loose(file: Any) -> list[str]:

@@ -572,6 +572,15 @@ def test_lists_of_bounding_entities_of_gmsh_are_no_parts(tmp_path):
     assert read(tmp_path / "m.msh", "\n".join([*lines, "$EndElements"])).parts == ("part_1",)
 
 
+def test_numbers_of_parts_in_an_array_of_another_name_are_told(tmp_path):
+    """Both parts were one, without a word."""
+    cells: Any = [("quad", np.array(QUADS) - 1)]
+    for name, values, told in (("PartId", [1, 1, 2, 2], 1), ("part", [1, 1, 2, 2], 0), ("id", [1, 2, 3, 4], 0)):
+        meshio.Mesh(np.array(NODES), cells, cell_data={name: [np.array(values)]}).write(tmp_path / f"{name}.vtu")
+        found = inspect_mesh(str(tmp_path / f"{name}.vtu"), "mm", (0.0, 0.0, 0.0))[1]
+        assert [one.text.startswith(f"the array {name} is not read") for one in found] == [True] * told
+
+
 def test_a_format_with_an_ending_of_another_is_told_to_be_renamed(tmp_path):
     """Nastran's .dat is Tecplot's to meshio."""
     with pytest.raises(UserError, match=r"rename it, where it is one of these with another ending, .*Nastran \.bdf"):
