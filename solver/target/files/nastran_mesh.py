@@ -18,8 +18,8 @@ CARDS = ("RBE", "RBAR", "CONM", "CMASS", "CELAS", "CBUSH", "CFAST", "CWELD", "CD
 OTHERS = ("CQUAD", "CTRI", "CTRAX", "CTETRA", "CPYRA", "CPENTA", "CHEXA")
 """How those of other elements begin."""
 HOLDING = ("SPC", "SPC1", "SPCADD")
-UNREAD = ("SPC2", "SPCAX", "SPCD", "SPCR", "GRDSET")
-"""Other cards that hold or move nodes."""
+UNREAD = ("SPC2", "SPCAX", "SPCD", "SPCR", "GRDSET", "SET", "SET1", "SET3")
+"""Other cards that hold, move or name nodes."""
 PERMANENT = 0
 """In place of the number of an SPC: what GRID holds by itself."""
 FREEDOMS = ("123", "123456")
@@ -155,7 +155,7 @@ def _left_out(names: dict[str, int], offset: int, mesh: TextMesh) -> None:
     if moved := sorted(name for name in names if name.startswith("CORD")):
         mesh.told.append(f"{', '.join(moved)} is not read: nodes are taken as written, in the basic system")
     if loose := sorted(name for name in names if name in UNREAD):
-        mesh.told.append(f"{', '.join(loose)} is not read: no set is made of what it holds")
+        mesh.told.append(f"{', '.join(loose)} is not read: no set is made of what it holds; write its nodes as an SPC1")
     if offset:
         mesh.told.append(f"ZOFFS of {offset} shells is not read: their mid-surface is taken through their nodes")
 

@@ -303,6 +303,7 @@ def test_a_case_is_held_by_the_nodes_of_an_spc(tmp_path):
         (["SPC,5,1,123,0.5"], "SPC 5 moves node 1, which is not read"),
         (["SPCD,5,1,3,0.5"], "SPCD is not read"),
         (["GRDSET,,,,,,,345"], "GRDSET is not read"),
+        (["SET1,4,1,THRU,4"], "SET1 is not read: no set is made of what it holds; write its nodes as an SPC1"),
     ],
 )  # fmt: skip
 def test_holds_of_nastran_that_no_support_is_are_told(tmp_path, cards, said):
