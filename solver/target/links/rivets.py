@@ -45,8 +45,8 @@ class Rivets:
     """All rivets of a target.
 
     points (k, 3) [m] midway between the parts, axes (k, 3): from the first to the second; anchors: of both ends;
-    constants (k, 8); rows (k,): names of their rows; broken (k,): 2 where it no longer carries, since broke_at (k,) [s]
-    after the start; force (k, 6): on the second part [N, N m].
+    constants (k, 8); rows (k,): names of their rows; broken (k,): 2 where it no longer carries; held (k,) [s]: for how
+    long it has carried; force (k, 6): on the second part [N, N m].
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Rivets:
         self.lever = self.arm.copy()
         self.axes, self.give, self.force = frames_along(self.along), np.zeros((k, 6)), np.zeros((k, 6))
         self.broken, self.taken, self.room = np.zeros(k, np.int64), np.zeros(k), np.zeros((8, 3))
-        self.time, self.broke_at = 0.0, np.full(k, np.nan)
+        self.held = np.zeros(k)
 
     @property
     def lost(self) -> int:
@@ -78,11 +78,11 @@ class Rivets:
         """Of each row of which some broke, how many and when; begin: when the run began [s]."""
         told = list[str]()
         for name in dict.fromkeys(self.rows):
-            times = 1e3 * (begin + self.broke_at[np.array(self.rows) == name])
-            lost = times[np.isfinite(times)]
+            row = np.array(self.rows) == name
+            lost = 1e3 * (begin + self.held[row & (self.broken == 2)])
             if len(lost):
                 last = f" to {lost.max():.3f}" if len(lost) > 1 else ""
-                told.append(f"{len(lost)} of {len(times)} of {name} at {lost.min():.3f}{last} ms")
+                told.append(f"{len(lost)} of {row.sum()} of {name} at {lost.min():.3f}{last} ms")
         return ", ".join(told)
 
     def elastic(self) -> Rivets:
@@ -93,12 +93,9 @@ class Rivets:
 
     def update_forces(self, nodes: Nodes, dt: float) -> float:
         """Forces of the step that ended join those of the nodes; returns the energy that they took [J]."""
-        state = (self.arm, self.lever, self.axes, self.give, self.force, self.broken, self.taken)
+        state = (self.arm, self.lever, self.axes, self.give, self.force, self.broken, self.held, self.taken)
         moving = (nodes.x, nodes.v, nodes.omega)
-        taken = float(rivet_forces(self.anchors.packed, self.constants, dt, *moving, state, nodes.nodal, self.room))
-        self.time += dt
-        self.broke_at[(self.broken == 2) & np.isnan(self.broke_at)] = self.time
-        return taken
+        return float(rivet_forces(self.anchors.packed, self.constants, dt, *moving, state, nodes.nodal, self.room))
 
     def stiffness(self, m: int) -> csc_array:
         """Of whole rivets at rest, (6 m, 6 m)."""
