@@ -82,7 +82,8 @@ def warnings_of(case: Case, coupling: Coupling) -> list[str]:
         warnings.append(f"the plate tore: {torn} of {len(coupling.plate.quads)} shells reached the failure strain")
     rivets = coupling.plate.rivets
     if rivets is not None and rivets.lost:
-        warnings.append(f"{rivets.lost} of {len(rivets)} rivets broke: they hold nothing since then")
+        told = rivets.losses(coupling.begin)
+        warnings.append(f"{rivets.lost} of {len(rivets)} rivets broke: they hold nothing since then ({told})")
     if squeezed := coupling.contact.squeezed:
         warnings.append(f"{squeezed} particles were squeezed through the edge of a tear, not through its opening")
     hourglass, internal = coupling.balance.energy["plate_hourglass"], coupling.balance.energy["plate_internal"]

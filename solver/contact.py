@@ -195,7 +195,8 @@ class Contact:
         if overlap > OVERLAP_AT_START * self.gap:
             inside = int(np.count_nonzero(depth > OVERLAP_AT_START * self.gap))
             where = "the plate" if not plate.mesh.parts else f"the target's part {self._deepest_part(plate)}"
-            origin = ", or put target.origin on the struck part" if plate.mesh.parts else ""
+            remedies = ", or put target.origin on the struck part, or turn the mesh: the bird comes from +z"
+            origin = remedies if plate.mesh.parts else ""
             raise UserError(
                 f"the bird starts inside {where}: {inside} particles, up to {1e3 * overlap:.3g} mm deep; raise "
                 f"impact.standoff, or make bird.diameter smaller against the plate's curvature{origin}"

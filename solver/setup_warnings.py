@@ -35,6 +35,7 @@ def setup_warnings(case: Case) -> list[str]:
         *aimed_off(case),
         *edge_on(case),
         *long_rivets(case),
+        *loose_ties(case),
         *bird_beside_plate(case),
         *remarks(case),
         *late,
@@ -131,6 +132,27 @@ def long_rivets(case: Case) -> list[str]:
                 f"target.rivets.{name} joins {' and '.join(row.parts)} where their mid-surfaces are up to "
                 f"{1e3 * apart:.3g} mm apart, sheets of {1e3 * thick:.3g} mm together: rivets through air, which carry "
                 "bending as no rivet does; correct parts, start and end, unless spacers are meant"
+            )
+    return found
+
+
+def loose_ties(case: Case) -> list[str]:
+    """A warning for each tie that leaves nodes of its set free, as they are farther away than its distance."""
+    if case.target is None or not case.target.ties:
+        return []
+    from birdstrike.solver.target.links.anchors import Surface  # late: few cases have ties
+
+    mesh, found = case.target.source.mesh(), list[str]()
+    for name, tie in case.target.ties.items():
+        quads = mesh.quads[mesh.part == mesh.parts.index(tie.onto)]
+        own = np.setdiff1d(mesh.sets[tie.nodes], quads)
+        surface = Surface(mesh.nodes, quads)
+        far = [away for node in own if (away := surface.foot(mesh.nodes[node]).distance) > tie.distance]
+        if far:
+            found.append(
+                f"target.ties.{name} leaves {len(far)} of {len(own)} nodes of {tie.nodes} free, as they lie "
+                f"{1e3 * min(far):.3g} to {1e3 * max(far):.3g} mm from {tie.onto}, beyond distance = "
+                f"{1e3 * tie.distance:.3g} mm; raise it, unless they are meant to be free"
             )
     return found
 

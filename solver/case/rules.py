@@ -37,6 +37,8 @@ from birdstrike.solver.target.laws.registry import TARGET_LAWS
 SNAPSHOT = Between("0 ms", "100 ms")
 SLOPES_AGREE = math.radians(0.1)
 """Between an angle and a direction that are both given: what a user's rounding makes of one slope."""
+NAMED_TABLES = ("generator", "parts", "materials", "ties", "rivets")
+"""Tables of a target without which none of their quantities can be sought."""
 BIRD_OF = {"sph": "particles", "hexahedra": "hexahedra"}
 
 
@@ -153,6 +155,23 @@ def _sought(raw: Raw) -> Iterator[str]:
     for key in parameters if isinstance(parameters, dict) else ():
         if quantity_in(raw, key) is None and quantity_at(key) is not None:
             yield f'inversion.parameters."{key}" is no key of the {at(raw, "bird.material.model")} bird; leave it out'
+        elif absent := _absent(raw, key):
+            yield f'inversion.parameters."{key}" is of {absent}; correct the key, or leave it out'
+
+
+def _absent(raw: Raw, key: str) -> str:
+    """Which table of a sought key the case has not, and what it has instead; empty where it has them all."""
+    first, kind, name = [*key.split("."), "", ""][:3]
+    other = {"plate": "target", "target": "plate"}.get(first, "")
+    if at(raw, first) is None and at(raw, other) is not None:
+        return f"a {first}, and the case has a {other}"
+    if first != "target" or kind not in NAMED_TABLES or at(raw, "target") is None:
+        return ""
+    held = at(raw, f"target.{kind}")
+    if kind == "generator":
+        return "target.generator, and the case has a mesh from a file" if held is None else ""
+    names = list(held) if isinstance(held, dict) else []
+    return "" if name in names else f"{name}, which is not in target.{kind}: {', '.join(names) or 'none'}"
 
 
 def broken_rules(raw: Raw) -> Iterator[str]:

@@ -136,7 +136,8 @@ def entries_of(field: FieldInfo) -> Iterator[FieldInfo]:
 
 def sections_of(field: FieldInfo, content: Any = None) -> Iterator[type[Section]]:
     """The tables that a field may hold: all kinds of a registry, or the one that `content`, as read, has chosen."""
-    kinds = next((mark for mark in field.metadata if isinstance(mark, Kinds)), None)
+    marks = metadata_of(field) if get_origin(field.annotation) in (Union, UnionType) else field.metadata
+    kinds = next((mark for mark in marks if isinstance(mark, Kinds)), None)
     if kinds is not None:
         chosen = kinds.chosen(content)
         yield from kinds.values() if chosen is None else (chosen,)

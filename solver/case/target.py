@@ -79,6 +79,8 @@ class Rivets(Section):
         if 0 < len(given) < 4:
             missing = ", ".join(key for key in ("parts", "start", "end", "pitch") if key not in given)
             raise complaint(f"has {', '.join(given)} and no {missing}; a row of your own needs all four")
+        if self.parts is not None and self.parts[0] == self.parts[1]:
+            raise complaint(f"has parts with {self.parts[0]} twice, a part joined to itself; name two parts")
         return self
 
     def row(self) -> Row | None:

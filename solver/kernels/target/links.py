@@ -109,17 +109,18 @@ def rivet_forces(anchors, constants, dt, x, v, omega, state, nodal, room):
     or EITHER_WAY. state, in and out: arm (2 k, 3) [m]; lever (2 k, 3) [m] from the ends' means to where the force
     acts, which is one point for both; axes (k, 3, 3), the first along the rivet; give (k, 6) [m, rad] in these axes;
     force (k, 6) [N, N m], of the second end in global axes; broken (k,): 0, 1 in the step that reaches its strength,
-    2 afterwards; taken (k,) [J]. room (8, 3).
+    2 afterwards; held (k,) [s], for how long it has carried; taken (k,) [J]. room (8, 3).
 
     N is tension along the rivet, S the shear: it breaks at (N/Nu)^a + (S/Su)^b = 1, where its force is cut to that
     surface; from the next step on it carries nothing.
     """
     start, member, weight = anchors
-    arm, lever, axes, give, force, broken, taken = state
+    arm, lever, axes, give, force, broken, held, taken = state
     total = 0.0
     for k in range(constants.shape[0]):
         if broken[k] == 2:
             continue
+        held[k] += dt
         new, rates, spins, moment = room[0], room[1:3], room[3:5], room[5]
         work = 0.0
         for a in range(2 * k, 2 * k + 2):

@@ -283,6 +283,11 @@ def _range(words: list[str], line: str, section: Section) -> list[int]:
     return list(range(numbers[0], numbers[1] + (1 if step > 0 else -1), step))
 
 
+def _alone(line: str) -> bool:
+    """Whether a line of data begins with a node's number, as 7 or Part-1.7."""
+    return line.partition(",")[0].rpartition(".")[2].strip().isdigit()
+
+
 def _left_out(sections: list[Section], mesh: TextMesh) -> None:
     """Note what changes the answer and is not read; raises UserError for shells that would be missing."""
     keywords = {section.keyword for section in sections}
@@ -296,6 +301,10 @@ def _left_out(sections: list[Section], mesh: TextMesh) -> None:
     mesh.held += [f"*{word}" for word in JOINED if word in keywords]
     if any(one.keyword in SHELL_SECTIONS and not is_zero(one.options.get("OFFSET", "")) for one in sections):
         mesh.told.append("OFFSET of *SHELL SECTION is not read: shells are taken to lie in their nodes")
+    if any(one.keyword == "BOUNDARY" and any(map(_alone, one.data)) for one in sections):
+        mesh.told.append(
+            "*BOUNDARY holds single nodes, which is not read: no set is made of them; write them as an *NSET"
+        )
     moved = [f"*{word}" for word in MOVED if any(one.keyword == word and one.data for one in sections)]
     if any(one.options.get("SYSTEM", "R").upper() != "R" for one in sections if one.keyword == "NODE"):
         moved.append("SYSTEM of *NODE")

@@ -22,8 +22,14 @@ MOVED = ("NODE_TRANSFORM", "NODE_MERGE", "PART_MOVE", "INCLUDE_")
 """How keywords begin that move nodes or bring them."""
 JOINED = ("CONSTRAINED_", "CONTACT_TIED", "CONTACT_SPOTWELD", "ELEMENT_")
 """How keywords begin that hold nodes together, load them with mass, or are elements."""
-UNHEARD = ("ELEMENT_PLOTEL", "INCLUDE_PATH", "CONSTRAINED_GLOBAL")
+FOLDERS = ("INCLUDE_PATH", "INCLUDE_PATH_RELATIVE")
+"""Keywords that name folders of included files."""
+UNHEARD = ("ELEMENT_PLOTEL", "CONSTRAINED_GLOBAL", *FOLDERS)
 """Of these such that change nothing of the target."""
+HELD = ("BOUNDARY_SPC_NODE", "BOUNDARY_SPC_NODE_ID")
+"""Those that hold nodes one by one, not by a set."""
+LIST = "write them as a *SET_NODE_LIST"
+"""The remedy for nodes that are held otherwise."""
 PARAMETERS = ("PARAMETER", "PARAMETER_LOCAL", "PARAMETER_MUTABLE")
 """Keywords that give values names; an expression's is not worked out."""
 
@@ -133,6 +139,7 @@ def _blocks(
             for name in _names_of_files(block.lines):
                 yield from _blocks(files.included(name, path, depth + 1), files, parameters, long, depth + 1)
         elif block.keyword:
+            files.folders += _folders(block, path)
             yield block
         keyword, *words = line[1:].upper().split() or [""]
         if keyword == "END":
@@ -147,6 +154,11 @@ def _blocks(
         block = Block(keyword.rstrip("+-"), own, [], parameters)
 
 
+def _folders(block: Block, path: Path) -> list[Path]:
+    """Where files that are included later may stand; path: the file that says so."""
+    return [path.parent / name for name in _names_of_files(block.lines)] if block.keyword in FOLDERS else []
+
+
 def _names_of_files(lines: list[str]) -> Iterator[str]:
     """Of *INCLUDE; a name that ends in " +" goes on in the next line."""
     name = ""
@@ -158,10 +170,14 @@ def _names_of_files(lines: list[str]) -> Iterator[str]:
 
 
 def _nodes(block: Block, mesh: TextMesh) -> None:
+    held = 0
     for line in filter(str.strip, block.lines):
-        number, *place = block.fields(line, (8, 16, 16, 16))
+        number, *place, moved, turned = block.fields(line, (8, 16, 16, 16, 8, 8))
         x, y, z = (decimal(text, line, "*NODE") for text in place)
         mesh.add_node(whole(number, line, "*NODE"), (x, y, z))
+        held += not (is_zero(moved) and is_zero(turned))
+    if held:
+        mesh.told.append(f"TC and RC of *NODE are not read: no set is made of the {held} nodes that they hold; {LIST}")
 
 
 def _shells(block: Block, mesh: TextMesh) -> None:
@@ -274,6 +290,8 @@ def _listed(
         return [block.number(block.fields(line, (10,))[0], line) for line in lines]
     if kind not in (set(), {"ADD"}, {"GENERATE"}, {"GENERATE", "INCREMENT"}):
         return None
+    if more := [line for line in lines if any(map(str.strip, line.split(",")[8:]))]:
+        raise UserError(f'*{block.keyword}: the line "{more[0].strip()}" has more than 8 numbers; begin new lines')
     rows = [[block.number(text, line) for text in block.fields(line, (10,) * 8)] for line in lines]
     if "GENERATE" not in kind:
         return [number for row in rows for number in row if number]
@@ -311,6 +329,8 @@ def _left_out(blocks: list[Block], mesh: TextMesh) -> None:
         mesh.told.append(
             f"{', '.join(moved)} is not read: nodes stay where they are written, and what it brings is not there"
         )
+    if single := [f"*{word}" for word in keywords if word in HELD]:
+        mesh.told.append(f"{', '.join(single)} is not read: no set is made of the nodes that it holds; {LIST}")
     if any(_off_middle(block) for block in blocks if block.keyword.startswith("SECTION_SHELL")):
         mesh.told.append("NLOC of *SECTION_SHELL is not read: shells are taken to lie in their nodes")
 

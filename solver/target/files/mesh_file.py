@@ -155,7 +155,9 @@ def _file(path: str) -> tuple[Any, list[str], list[Path]]:
     try:
         if ending not in READERS:
             file = _by_meshio(path)
-            return file, _left_out([] if ending == ".msh" else _loose(file)), []  # Gmsh's lines and points are groups
+            if ending == ".msh":  # Gmsh's lines and points are groups
+                return file, list(_unnamed_groups(file)), []
+            return file, [*_unread_numbers(file), *_left_out(_loose(file))], []
         text = READERS[ending](path)
         return text.meshio(), [*text.told, *_left_out(text.held)], text.files
     except UserError as error:
@@ -171,9 +173,21 @@ def _by_meshio(path: str) -> Any:
             return meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio prints its reason and ends the process on some files
         raise UserError(
-            f"it is no mesh that meshio reads, or is damaged or cut short: {_reason(error, said.getvalue())}; write it "
-            "anew, as Abaqus .inp, Gmsh .msh, Nastran .bdf, VTK .vtk or .vtu, or LS-DYNA .k"
+            f"it is no mesh that meshio reads, or is damaged or cut short: {_reason(error, said.getvalue())}; rename "
+            "it, where it is one of these with another ending, or write it anew, as Abaqus .inp, Gmsh .msh, Nastran "
+            ".bdf, VTK .vtk or .vtu, or LS-DYNA .k"
         ) from error
+
+
+def _unread_numbers(file: Any) -> Iterator[str]:
+    """What is said of whole numbers of the shells that may be those of their parts, in an array of another name."""
+    if file.cell_sets or any(key in file.cell_data for key in NUMBERED):
+        return
+    for name, blocks in file.cell_data.items():
+        own = [values for values, block in zip(blocks, file.cells, strict=True) if block.type in SHELLS]
+        values = np.concatenate(own) if own else np.empty(0)
+        if values.dtype.kind in "iu" and values.ndim == 1 and 1 < len(np.unique(values)) < len(values):
+            yield f'the array {name} is not read: all shells are of one part; call it "part" if it numbers their parts'
 
 
 def _loose(file: Any) -> list[str]:
@@ -200,6 +214,12 @@ def _reason(error: BaseException, said: str) -> str:
     if isinstance(error, SystemExit):
         printed = [line for line in said.splitlines() if line.strip() and "Couldn't read file" not in line]
         return " ".join(" ".join(printed).split()).removeprefix("Error: ") or "it ended without a reason"
+    if "gmsh:physical" in str(error):
+        return (
+            "some of its elements are in no physical group, which meshio does not read in Gmsh's version 4; put every "
+            "surface into a group and save the groups alone (Mesh.SaveAll = 0), or save it as version 2.2 "
+            "(Mesh.MshFileVersion = 2.2)"
+        )
     if isinstance(error, KeyError):
         return f"it refers to {error.args[0]}, which is not there"
     return str(error) or type(error).__name__
@@ -208,13 +228,33 @@ def _reason(error: BaseException, said: str) -> str:
 def _groups(file: Any) -> dict[str, NDArray[np.int64]]:
     """Nodes of Gmsh's named groups of points and curves."""
     found: dict[str, list[NDArray[np.int64]]] = {}
-    named = {(int(value[0]), int(value[1])): name for name, value in file.field_data.items()}
+    named = _named_groups(file)
     for block, own in zip(file.cells, file.cell_data.get("gmsh:physical", []), strict=False):
         for tag in np.unique(own) if block.type in GROUPED else ():
             name = named.get((int(tag), GROUPED[block.type]))
             if name is not None:
                 found.setdefault(name, []).append(block.data[np.asarray(own) == tag].ravel())
+    for name in set(file.cell_sets) & {name for (_, dimension), name in named.items() if dimension < 2}:
+        for block, own in zip(file.cells, file.cell_sets[name], strict=True):  # of version 4: a curve in several groups
+            found.setdefault(name, []).append(block.data[own].ravel())
     return {name: np.unique(np.concatenate(nodes)) for name, nodes in found.items()}
+
+
+def _named_groups(file: Any) -> dict[tuple[int, int], str]:
+    """Names of Gmsh's groups by number and dimension."""
+    return {(int(value[0]), int(value[1])): name for name, value in file.field_data.items()}
+
+
+def _unnamed_groups(file: Any) -> Iterator[str]:
+    """What is said of Gmsh's groups of points and curves that make no set, as they have no name of their own."""
+    named, found = _named_groups(file), set[tuple[int, int]]()
+    for block, own in zip(file.cells, file.cell_data.get("gmsh:physical", []), strict=False):
+        found |= {(int(tag), GROUPED[block.type]) for tag in np.unique(own) if block.type in GROUPED and tag}
+    if lost := sorted(str(tag) for tag, dimension in found - named.keys()):
+        yield (
+            f"Gmsh's groups of points or curves {', '.join(lost)} are not read: they have no name of their own, and no "
+            'set is made of them; name them, as in Physical Curve("rim")'
+        )
 
 
 def _four(corners: NDArray[np.int64]) -> NDArray[np.int64]:

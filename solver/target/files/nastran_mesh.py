@@ -18,12 +18,14 @@ CARDS = ("RBE", "RBAR", "CONM", "CMASS", "CELAS", "CBUSH", "CFAST", "CWELD", "CD
 OTHERS = ("CQUAD", "CTRI", "CTRAX", "CTETRA", "CPYRA", "CPENTA", "CHEXA")
 """How those of other elements begin."""
 HOLDING = ("SPC", "SPC1", "SPCADD")
-UNREAD = ("SPC2", "SPCAX", "SPCD", "SPCR", "GRDSET")
-"""Other cards that hold or move nodes."""
+UNREAD = ("SPC2", "SPCAX", "SPCD", "SPCR", "GRDSET", "SET", "SET1", "SET3")
+"""Other cards that hold, move or name nodes."""
 PERMANENT = 0
 """In place of the number of an SPC: what GRID holds by itself."""
 FREEDOMS = ("123", "123456")
 """Those that a support holds."""
+LONGEST = 256
+"""Letters that the name of an included file may have, which goes on in the next line up to its quotation mark."""
 Card = list[str]
 """Name in capitals and fields, nothing where they are blank."""
 Holds = dict[int, set[str]]
@@ -33,7 +35,7 @@ Holds = dict[int, set[str]]
 def read_nastran(path: str) -> TextMesh:
     """Bulk data with all that it includes; raises UserError for what is no mesh of shells."""
     files = Files(Path(path))
-    mesh, names, offset = TextMesh(files=files.found), dict[str, int](), 0
+    mesh, names, offset, thick = TextMesh(files=files.found), dict[str, int](), 0, 0
     holding: list[Card] = []
     for card in _cards(_bulk(_lines(files.first, files))):
         name, fields = card[0], [*card[1:], *[""] * 8]
@@ -52,6 +54,7 @@ def read_nastran(path: str) -> TextMesh:
             mesh.shells.append(Shell(whole(fields[0], line, name), nodes, part))
             above = "" if name == "CSHEAR" else _exponent(fields[3 + corners])
             offset += decimal(above, line, name) != 0.0
+            thick += name != "CSHEAR" and any(fields[10:14])
     if any(name.startswith("=") for name in names):
         raise UserError("it repeats cards by =, which is not read; write them out")
     others = sorted(name for name in names if name.startswith(OTHERS) and name not in CORNERS)
@@ -59,6 +62,8 @@ def read_nastran(path: str) -> TextMesh:
         raise UserError(no_shells(others))
     _node_sets(holding, mesh)
     _left_out(names, offset, mesh)
+    if thick:
+        mesh.told.append(f"T1 .. T4 of {thick} shells are not read: thicknesses are those of target.parts")
     return mesh
 
 
@@ -113,12 +118,26 @@ def _held(card: Card, mesh: TextMesh) -> Iterator[tuple[int, set[str]]]:
 
 
 def _listed(words: list[str], line: str, mesh: TextMesh) -> list[int]:
-    """Nodes of an SPC1: one by one, or all from one THRU another."""
+    """Nodes of an SPC1: one by one, and all from one THRU another."""
     words = [word.upper() for word in words if word]
-    if words[1:2] != ["THRU"]:
-        return [whole(word, line, "SPC1") for word in words]
-    first, last = whole(words[0], line, "SPC1"), whole(" ".join(words[2:]), line, "SPC1")
-    return [node for node in mesh.places if first <= node <= last]
+    found: list[int] = []
+    while words:
+        if words[1:2] != ["THRU"]:
+            found.append(_node(words.pop(0), line))
+            continue
+        first, last = _node(words[0], line), _node("".join(words[2:3]), line)
+        found += [node for node in mesh.places if first <= node <= last]
+        words = words[3:]
+    return found
+
+
+def _node(word: str, line: str) -> int:
+    """A node's number; raises UserError for what a list of nodes may not hold, such as BY and EXCEPT."""
+    if not word.isdigit():
+        raise UserError(
+            f'SPC1: "{word}" in the line "{line}" is not read; write its nodes one by one, or as first THRU last'
+        )
+    return whole(word, line, "SPC1")
 
 
 def _freedoms(text: str, line: str) -> set[str]:
@@ -136,7 +155,7 @@ def _left_out(names: dict[str, int], offset: int, mesh: TextMesh) -> None:
     if moved := sorted(name for name in names if name.startswith("CORD")):
         mesh.told.append(f"{', '.join(moved)} is not read: nodes are taken as written, in the basic system")
     if loose := sorted(name for name in names if name in UNREAD):
-        mesh.told.append(f"{', '.join(loose)} is not read: no set is made of what it holds")
+        mesh.told.append(f"{', '.join(loose)} is not read: no set is made of what it holds; write its nodes as an SPC1")
     if offset:
         mesh.told.append(f"ZOFFS of {offset} shells is not read: their mid-surface is taken through their nodes")
 
@@ -148,11 +167,19 @@ def _exponent(text: str) -> str:
 
 
 def _lines(path: Path, files: Files, depth: int = 0) -> Iterator[str]:
-    """Lines of a file and of those that it includes, without comments and blank ones."""
-    for line in lines_of(path):
+    """Lines of a file and of those that it includes, without comments and blank ones.
+
+    ENDDATA of an included file ends that file alone.
+    """
+    lines = iter(lines_of(path))
+    for line in lines:
         said = line.split("$")[0].rstrip()
         if said[:7].upper() == "INCLUDE":
+            while said.count("'") == 1 and len(said) < LONGEST and (more := next(lines, None)) is not None:
+                said += more.split("$")[0].strip()
             yield from _lines(files.included(said[7:].lstrip(" ="), path, depth + 1), files, depth + 1)
+        elif depth and said.lstrip().upper().startswith("ENDDATA"):
+            return
         elif said.strip():
             yield said
 
@@ -183,7 +210,13 @@ def _fields(line: str) -> tuple[str, list[str]]:
     """First field in capitals, with the star of large fields, and the fields of data."""
     if "," in line:
         name, *fields = (word.strip() for word in line.split(","))
-        return name.upper(), (fields + [""] * 8)[: 4 if "*" in name else 8]
+        most = 4 if "*" in name else 8
+        if any(fields[most + 1 :]) or (fields[most : most + 1] and fields[most].isdigit()):
+            raise UserError(
+                f'the line "{line.strip()}" has more than {most} fields behind its name, of which a card has no more '
+                "on a line; write the others on a continuation line"
+            )
+        return name.upper(), (fields + [""] * 8)[:most]
     name = line[:8].strip().upper()
     width = 16 if "*" in name else 8
     return name, [line[at : at + width].strip() for at in range(8, 72, width)]

@@ -110,16 +110,24 @@ def no_shells(kinds: Iterable[str]) -> str:
 
 
 def lines_of(path: str | Path) -> list[str]:
-    """Of a text file, whatever its encoding, without the mark that some editors begin it with."""
-    return Path(path).read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    """Of a text file, in UTF-8 or that of western Windows, without the mark that some editors begin it with."""
+    written = Path(path).read_bytes()
+    try:
+        return written.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        return written.decode("cp1252", errors="replace").splitlines()
 
 
 @dataclass
 class Files:
-    """A text file and all that it includes; found: these, in the order in which they are read."""
+    """A text file and all that it includes; found: these, in the order in which they are read.
+
+    folders: in which they may stand besides.
+    """
 
     first: Path
     found: list[Path] = field(default_factory=list)
+    folders: list[Path] = field(default_factory=list)
 
     def included(self, name: str, beside: Path, depth: int) -> Path:
         """The file that another one includes, beside that, beside the first or where we are.
@@ -129,7 +137,7 @@ class Files:
         name = name.strip().strip("'\"")
         if depth > DEEPEST:
             raise UserError(f"it includes {name}, and that at last itself; leave one of the lines out")
-        for path in (beside.parent / name, self.first.parent / name, Path(name)):
+        for path in (beside.parent / name, self.first.parent / name, *(one / name for one in self.folders), Path(name)):
             if is_file(path):
                 self.found.append(path)
                 return path

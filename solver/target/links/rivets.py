@@ -45,11 +45,15 @@ class Rivets:
     """All rivets of a target.
 
     points (k, 3) [m] midway between the parts, axes (k, 3): from the first to the second; anchors: of both ends;
-    constants (k, 8); broken (k,): 2 where it no longer carries; force (k, 6): on the second part [N, N m].
+    constants (k, 8); rows (k,): names of their rows; broken (k,): 2 where it no longer carries; held (k,) [s]: for how
+    long it has carried; force (k, 6): on the second part [N, N m].
     """
 
-    def __init__(self, points: Array, axes: Array, anchors: Anchors, constants: Array, rest: Array) -> None:
+    def __init__(
+        self, points: Array, axes: Array, anchors: Anchors, constants: Array, rest: Array, rows: Sequence[str]
+    ) -> None:
         self.points, self.along, self.anchors, self.constants, self.rest = points, axes, anchors, constants, rest
+        self.rows = tuple(rows)
         self.relax()
 
     def __len__(self) -> int:
@@ -63,21 +67,33 @@ class Rivets:
         self.lever = self.arm.copy()
         self.axes, self.give, self.force = frames_along(self.along), np.zeros((k, 6)), np.zeros((k, 6))
         self.broken, self.taken, self.room = np.zeros(k, np.int64), np.zeros(k), np.zeros((8, 3))
+        self.held = np.zeros(k)
 
     @property
     def lost(self) -> int:
         """How many no longer carry anything."""
         return int(np.count_nonzero(self.broken == 2))
 
+    def losses(self, begin: float) -> str:
+        """Of each row of which some broke, how many and when; begin: when the run began [s]."""
+        told = list[str]()
+        for name in dict.fromkeys(self.rows):
+            row = np.array(self.rows) == name
+            lost = 1e3 * (begin + self.held[row & (self.broken == 2)])
+            if len(lost):
+                last = f" to {lost.max():.3f}" if len(lost) > 1 else ""
+                told.append(f"{len(lost)} of {row.sum()} of {name} at {lost.min():.3f}{last} ms")
+        return ", ".join(told)
+
     def elastic(self) -> Rivets:
         """The same without strength's limit."""
         constants = self.constants.copy()
         constants[:, 7] = NO_LIMIT
-        return Rivets(self.points, self.along, self.anchors, constants, self.rest)
+        return Rivets(self.points, self.along, self.anchors, constants, self.rest, self.rows)
 
     def update_forces(self, nodes: Nodes, dt: float) -> float:
         """Forces of the step that ended join those of the nodes; returns the energy that they took [J]."""
-        state = (self.arm, self.lever, self.axes, self.give, self.force, self.broken, self.taken)
+        state = (self.arm, self.lever, self.axes, self.give, self.force, self.broken, self.held, self.taken)
         moving = (nodes.x, nodes.v, nodes.omega)
         return float(rivet_forces(self.anchors.packed, self.constants, dt, *moving, state, nodes.nodal, self.room))
 
@@ -121,6 +137,7 @@ def rivets_of(parts: PartMesh, said: Sequence[tuple[str, Row, RivetData]]) -> Ri
     axes: list[Array] = []
     ends: list[dict[int, float]] = []
     constants: list[Array] = []
+    rows: list[str] = []
     surfaces = {name: Surface(parts.nodes, parts.quads[_of(parts, name)]) for _, row, _ in said for name in row.parts}
     for name, row, data in said:
         for number, point in enumerate(row.points):
@@ -140,9 +157,10 @@ def rivets_of(parts: PartMesh, said: Sequence[tuple[str, Row, RivetData]]) -> Ri
             points.append(0.5 * (places[0] + places[1]))
             ends += [foot.row() for foot in feet]
             constants.append(data.row(ONE_WAY if apart else EITHER_WAY))
+            rows.append(name)
     if not points:
         return None
-    return Rivets(np.array(points), np.array(axes), Anchors.of(ends), np.array(constants), parts.nodes)
+    return Rivets(np.array(points), np.array(axes), Anchors.of(ends), np.array(constants), parts.nodes, rows)
 
 
 def _of(parts: PartMesh, name: str) -> NDArray[np.bool_]:

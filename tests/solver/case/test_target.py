@@ -176,6 +176,38 @@ def test_a_wrong_target_is_told_by_name(changes, said):
     assert said in str(caught.value)
 
 
+SPAN = ["1 mm", "2 mm"]
+
+
+def sought(key: str, limits: list[str]) -> dict[str, object]:
+    """A case of one sought parameter."""
+    return {"extends": "openradioss_panel", "inversion": {"parameters": {key: {"range": limits}}}}
+
+
+def test_dimensions_of_a_generated_mesh_can_be_sought():
+    """They were "no quantity of a case", against the page on targets."""
+    case = load_case(sought("target.generator.pitch", ["150 mm", "250 mm"]))
+    assert [(one.name, one.low, one.high) for one in case.parameters()] == [("target.generator.pitch", 0.15, 0.25)]
+    generator = target_of(case.with_values({"target.generator.pitch": 0.18})).generator
+    assert generator is not None
+    assert getattr(generator, "pitch") == pytest.approx(0.18)  # noqa: B009
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("target.parts.sikn.thickness", "is of sikn, which is not in target.parts: skin, stiffeners; correct the key"),
+        ("target.ties.web.distance", "is of web, which is not in target.ties: none; correct the key, or leave it out"),
+        ("plate.thickness", "is of a plate, and the case has a target; correct the key, or leave it out"),
+    ],
+)
+def test_a_sought_key_of_what_the_case_has_not_is_refused_at_once(key, said):
+    """`check` passed it, and the campaign refused its runs."""
+    with pytest.raises(CaseError) as caught:
+        load_case(sought(key, SPAN))
+    assert f'inversion.parameters."{key}" {said}' in str(caught.value)
+
+
 def test_springs_are_shared_out_over_the_edges_of_skin_and_webs():
     changes = {"target.supports.edges": {"in_plane": "100 N/mm^2"}, "target.generator.element_size": "50 mm"}
     supports = build_plate(load_case("openradioss_panel", changes)).supports

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import load_case
-from birdstrike.solver.setup_warnings import long_rivets
+from birdstrike.solver.setup_warnings import long_rivets, loose_ties
 from birdstrike.solver.simulate import simulate
 from birdstrike.solver.target.assembled import LinkData, PartData, assembled
 from birdstrike.solver.target.assembly import Target
@@ -205,12 +206,15 @@ def test_a_lap_joint_breaks_at_its_strength_exactly_and_its_energy_is_counted(de
     rivets, dt = rivets_in(target), 1e-7
     back = target.x[:, 2] < -1e-3
     target.v[back] = np.array([np.cos(a), 0.0, -np.sin(a)])
-    most, energy = 0.0, 0.0
+    most, energy, steps = 0.0, 0.0, 0
+    assert rivets.losses(0.0) == ""
     while not rivets.lost:
+        steps += 1
         target.nodal[:] = 0.0
         target.x[:] += dt * target.v
         energy += rivets.update_forces(target.nodes, dt)
         most = max(most, float(np.linalg.norm(rivets.force[0, :3])))
+    assert rivets.losses(-1e-3) == f"1 of 1 of row at {1e3 * steps * dt - 1.0:.3f} ms"
     tension, shear = RIVET.along * np.sin(a), RIVET.across * np.cos(a)
     give = 1.0 / np.hypot(tension / RIVET.tension, shear / RIVET.shear)
     assert most == pytest.approx(np.hypot(tension, shear) * give, rel=1e-9)
@@ -345,7 +349,8 @@ def test_a_strike_on_a_riveted_panel_breaks_rivets_and_balances():
     weak = simulate(load_case("openradioss_panel", PANEL | {"effects.rivet_strength": "-0.8"}))
     assert weak.summary["rivets"] == whole.summary["rivets"] == 40
     assert weak.summary["broken_rivets"] > whole.summary["broken_rivets"]
-    assert any("rivets broke" in line for line in weak.summary["warnings"])
+    (said,) = (line for line in weak.summary["warnings"] if "rivets broke" in line)
+    assert re.search(r"\(\d+ of 40 of stiffeners at -?0\.\d{3} to 0\.\d{3} ms\)$", said)
     for run in (whole, weak):
         assert run.summary["worst_energy_error"] < 0.02
         assert run.summary["momentum_error"] < 1e-9
@@ -388,6 +393,8 @@ def test_a_rivet_of_sheets_in_one_plane_breaks_either_way_whichever_is_named_fir
 
 
 METAL_OF = {"thickness": "2 mm", "material": "aluminium"}
+ROW = {"parts": '["skin", "stiffeners"]', "pitch": "25 mm", "tension_strength": "3 kN", "shear_strength": "3 kN"}
+ROW |= {"start": '["70 mm", "-100 mm", "-15 mm"]', "end": '["70 mm", "100 mm", "-15 mm"]'}
 
 
 @pytest.mark.parametrize(
@@ -420,6 +427,10 @@ METAL_OF = {"thickness": "2 mm", "material": "aluminium"}
             {"target.ties.web.nodes": "nowhere", "target.ties.web.onto": "skin", "target.ties.web.distance": "1 mm"},
             "does not exist",
         ),
+        (
+            {f"target.rivets.mine.{key}": value for key, value in (ROW | {"parts": '["skin", "skin"]'}).items()},
+            "target.rivets.mine has parts with skin twice, a part joined to itself; name two parts",
+        ),
     ],
 )
 def test_bad_joints_are_named(changes, message):
@@ -430,9 +441,7 @@ def test_bad_joints_are_named(changes, message):
 
 def test_rivets_through_air_are_told():
     """Between sheets that do not lie on each other, as where a row was placed for another part."""
-    row = {"parts": '["skin", "stiffeners"]', "pitch": "25 mm", "tension_strength": "3 kN", "shear_strength": "3 kN"}
-    row |= {"start": '["70 mm", "-100 mm", "-15 mm"]', "end": '["70 mm", "100 mm", "-15 mm"]'}
-    changes = {f"target.rivets.mine.{key}": value for key, value in row.items()}
+    changes = {f"target.rivets.mine.{key}": value for key, value in ROW.items()}
     l_section = {
         "target.generator.section": "L",
         "target.generator.flange": "30 mm",
@@ -442,6 +451,19 @@ def test_rivets_through_air_are_told():
     (said,) = long_rivets(load_case("openradioss_panel", changes | l_section))
     assert "target.rivets.mine joins skin and stiffeners where their mid-surfaces are up to 30 mm apart" in said
     assert long_rivets(load_case("sidewall_004", {"target.generator.element_size": "40 mm"})) == []
+
+
+def test_nodes_that_a_tie_leaves_free_are_told():
+    """They were free without a word, as where the distance is a sheet too small for some of the set."""
+    tie = {
+        "target.ties.web.nodes": "stiffener_ends",
+        "target.ties.web.onto": "skin",
+        "target.ties.web.distance": "15 mm",
+    }
+    (said,) = loose_ties(load_case("openradioss_panel", tie))
+    assert "target.ties.web leaves 12 of 16 nodes of stiffener_ends free, as they lie 20 to 40 mm from skin" in said
+    assert loose_ties(load_case("openradioss_panel", tie | {"target.ties.web.distance": "45 mm"})) == []
+    assert loose_ties(load_case("openradioss_panel")) == []
 
 
 def test_effects_on_rivets_are_refused_where_there_are_none():

@@ -241,6 +241,28 @@ def test_nastran_s_included_cards_are_read_and_offsets_are_told(tmp_path):
         read(tmp_path / "m.bdf", bulk(CARDS, "INCLUDE 'lost.bdf'"))
 
 
+def test_the_name_of_an_included_nastran_file_may_go_on_in_the_next_line(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "shells.bdf").write_text("\n".join(CARDS) + "\n")
+    assert len(read(tmp_path / "m.bdf", bulk(["INCLUDE 'parts/", "  shells.bdf' $ here"])).quads) == 4
+
+
+def test_enddata_of_an_included_file_ends_that_file_alone(tmp_path):
+    """What the including file had behind it was lost without a word: shells, or what holds them."""
+    (tmp_path / "half.bdf").write_text("\n".join(["BEGIN BULK", *CARDS[:2], "ENDDATA"]) + "\n")
+    mesh = read(tmp_path / "m.bdf", bulk(["INCLUDE 'half.bdf'", *CARDS[2:]], "SPC1,5,123456,1,2"))
+    assert len(mesh.quads) == 4
+    assert nodes_of(mesh, "spc_5_123456") == [1, 2]
+
+
+def test_thicknesses_of_nastran_s_shells_are_told(tmp_path):
+    """They were passed over without a word."""
+    quads = [f"{card}\n{'':24s}     1.5     1.5     1.5     1.5" for card in CARDS[1:]]
+    triangles = ["CTRIA3,20,1,1,3,4", ",,,1.5,1.5,1.5", "CTRIA3,21,1,1,4,2"]
+    (said,) = warnings(tmp_path / "m.bdf", bulk([*triangles, *quads]))
+    assert said.startswith("T1 .. T4 of 4 shells are not read: thicknesses are those of target.parts")
+
+
 def test_nastran_s_repeated_cards_are_refused(tmp_path):
     with pytest.raises(UserError, match=r"it repeats cards by =, which is not read"):
         read(tmp_path / "m.bdf", bulk(CARDS, "=,*1,=,*2,*2,*2,*2", "=(2)"))
@@ -251,6 +273,7 @@ def test_nastran_s_repeated_cards_are_refused(tmp_path):
     [
         (["SPC1,5,123456,1,2,9"], {"spc_5_123456": [1, 2, 9]}),
         (["SPC1           5  123456       1    THRU       4"], {"spc_5_123456": [1, 2, 3, 4]}),
+        (["SPC1,5,123456,1,3,THRU,5,9,,+A", "+A,8"], {"spc_5_123456": [1, 3, 4, 5, 8, 9]}),
         (["SPC1*                  5             321               1               2", "*                      4"],
          {"spc_5_123": [1, 2, 4]}),
         (["spc1,5,123,1,2,3,4,5,6", "+,7,8"], {"spc_5_123": [1, 2, 3, 4, 5, 6, 7, 8]}),
@@ -280,6 +303,7 @@ def test_a_case_is_held_by_the_nodes_of_an_spc(tmp_path):
         (["SPC,5,1,123,0.5"], "SPC 5 moves node 1, which is not read"),
         (["SPCD,5,1,3,0.5"], "SPCD is not read"),
         (["GRDSET,,,,,,,345"], "GRDSET is not read"),
+        (["SET1,4,1,THRU,4"], "SET1 is not read: no set is made of what it holds; write its nodes as an SPC1"),
     ],
 )  # fmt: skip
 def test_holds_of_nastran_that_no_support_is_are_told(tmp_path, cards, said):
@@ -301,7 +325,10 @@ def test_a_support_that_names_a_set_which_is_not_read_says_why(tmp_path):
     [
         ("SPC1,5,123,1,2,99", "the set of nodes spc_5_123 refers to 99, which is not there"),
         ("SPC1,5,127,1", '"127" in the line "SPC1 5 127 1.*" names no freedoms of 1 to 6'),
-        ("SPC1,5,123,1,THRU,9,BY,2", 'SPC1: "9 BY 2" in the line'),
+        ("SPC1,5,123,1,THRU,9,BY,2", 'SPC1: "BY" in the line "SPC1 5 123 1 THRU 9 BY 2 *" is not read; write'),
+        ("SPC1,5,123,1,THRU", 'SPC1: "" in the line'),
+        ("SPC1,5,123,1,2,3,4,5,6,7,8", "has more than 8 fields behind its name"),
+        ("SPC1,5,123,1,2,3,4,5,6,7", "has more than 8 fields behind its name"),
         ("SPCADD,5,7", "SPCADD 5 adds 7, which no SPC or SPC1 is"),
     ],
 )
@@ -378,6 +405,14 @@ def test_a_keyword_file_s_sets_are_read_in_every_form(tmp_path, block, name, nod
     assert nodes_of(read(tmp_path / "m.k", keywords(*block)), name) == nodes
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+def test_names_are_read_in_the_encodings_of_pre_processors(tmp_path, encoding):
+    """In cp1252 their letters beyond ASCII were replaced, so that no case could name them."""
+    text = keywords("*SET_NODE_TITLE", "Einspannung au\u00dfen", ten(5), ten(1))
+    (tmp_path / "m.k").write_bytes(text.encode(encoding))
+    assert "Einspannung_au\u00dfen" in read_mesh(str(tmp_path / "m.k"), "mm").sets
+
+
 def test_parts_and_sets_of_one_name_are_told_apart_by_their_numbers(tmp_path):
     sets = ("*SET_NODE_TITLE", "rim", ten(5), ten(1), "*SET_NODE_TITLE", "rim", ten(6), ten(2))
     mesh = read(tmp_path / "m.k", keywords("*PART_COMPOSITE", "skin", ten(8), ten(1, 1.0), *sets))
@@ -397,6 +432,8 @@ def test_parts_and_sets_of_one_name_are_told_apart_by_their_numbers(tmp_path):
         ),
         (("*NODE_TRANSFORM", ten(1, 5)), "*NODE_TRANSFORM is not read: nodes stay"),
         (("*INCLUDE_TRANSFORM", "o.k"), "*INCLUDE_TRANSFORM is not read"),
+        (("*BOUNDARY_SPC_NODE", ten(1, 0, 1, 1, 1)), "*BOUNDARY_SPC_NODE is not read: no set is made of the nodes"),
+        (("*NODE", "1, 0., 0., 0., 7, 7", "2, 0., 50., 0., 0, 3"), "TC and RC of *NODE are not read: no set is made"),
         (("*SET_NODE_GENERAL", ten(5), ten("BOX", 1)), "*SET_NODE_GENERAL is not read: there is no set_5"),
     ],
 )
@@ -439,6 +476,16 @@ def test_a_keyword_file_s_included_one_is_read(tmp_path):
     assert list(included_files(tmp_path / "m.k")) == ["sets.k"]
 
 
+@pytest.mark.parametrize("keyword", ["*INCLUDE_PATH", "*INCLUDE_PATH_RELATIVE"])
+def test_an_included_keyword_file_may_stand_in_a_folder_that_is_named(tmp_path, keyword):
+    (tmp_path / "sets").mkdir()
+    (tmp_path / "sets" / "rim.k").write_text("*SET_NODE\n" + ten(5) + "\n" + ten(1) + "\n*END\n")
+    text = keywords(keyword, "sets", "*INCLUDE", "rim.k")
+    assert nodes_of(read(tmp_path / "m.k", text), "set_5") == [1]
+    assert warnings(tmp_path / "m.k", text) == []
+    assert list(included_files(tmp_path / "m.k")) == ["sets/rim.k"]
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -458,6 +505,7 @@ def test_a_keyword_file_s_included_one_is_read(tmp_path):
             '*SET_NODE: "&dx" in the line "&dx" is no parameter of the file; its parameters (R and I of '
             "*PARAMETER): DY. Give it there by a number",
         ),
+        (keywords("*SET_NODE", ten(5), "1,2,3,4,5,6,7,8,9"), '"1,2,3,4,5,6,7,8,9" has more than 8 numbers; begin new'),
         (keywords("*PARAMETER", "R dx, 5., R DX, 6."), "*PARAMETER: DX is given twice, as 5. and as 6.; leave one"),
         (keywords("*PARAMETER", "R dx, five"), '*PARAMETER: "five" in the line "R dx, five" is no number'),
         (keywords("*PARAMETER", "dx, 5."), '*PARAMETER: "dx" in the line "dx, 5." is no R or I with a name'),
@@ -471,6 +519,51 @@ def test_a_keyword_file_that_is_not_read_is_refused_by_name(tmp_path, text, said
         read(tmp_path / "m.k", text)
 
 
+def msh4(*lines: str) -> str:
+    """The strip of Gmsh's version 4.1, with two curves at its ends; lines: names of groups, tags of entities."""
+    rows = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", *lines, "$Nodes", "1 10 1 10", "2 1 0 10"]
+    rows += [*(str(i + 1) for i in range(10)), *(" ".join(map(str, node)) for node in NODES), "$EndNodes"]
+    rows += ["$Elements", "3 6 1 6", "1 1 1 1", "1 1 2", "1 2 1 1", "2 9 10", "2 1 3 4"]
+    rows += [f"{i + 3} {' '.join(map(str, quad))}" for i, quad in enumerate(QUADS)]
+    return "\n".join([*rows, "$EndElements"])
+
+
+def entities(first: str, second: str) -> list[str]:
+    """Groups of two curves and one surface: how many tags, and these."""
+    curves = [f"1 0 0 0 0 1 0 {first} 0", f"2 4 0 0 4 1 0 {second} 0"]
+    return ["$Entities", "0 2 1 0", *curves, "1 0 0 0 4 1 0 1 3 0", "$EndEntities"]
+
+
+NAMED = ["$PhysicalNames", "3", '1 1 "left"', '1 2 "ends"', '2 3 "skin"', "$EndPhysicalNames"]
+
+
+def test_a_curve_in_several_groups_of_gmsh_belongs_to_each(tmp_path):
+    """Its nodes were in the first group alone, and missing from the others' supports without a word."""
+    mesh = read(tmp_path / "m.msh", msh4(*NAMED, *entities("2 1 2", "1 2")))
+    assert mesh.parts == ("skin",)
+    assert (nodes_of(mesh, "left"), nodes_of(mesh, "ends")) == ([1, 2], [1, 2, 9, 10])
+
+
+@pytest.mark.parametrize(("name", "lost"), [(None, "1, 2"), ("skin", "2")])
+def test_groups_of_gmsh_without_a_name_of_their_own_are_told(tmp_path, name, lost):
+    """As where a curve's group is called as a surface's is: they were no sets, without a word."""
+    names = [] if name is None else [line.replace("ends", name) for line in NAMED]
+    said = warnings(tmp_path / "m.msh", msh4(*names, *entities("1 1", "1 2")))
+    assert len(said) == 1
+    assert said[0].startswith(f"Gmsh's groups of points or curves {lost} are not read: they have no name of their own")
+
+
+def test_elements_of_gmsh_in_no_group_are_told_with_the_remedy(tmp_path):
+    with pytest.raises(UserError, match=r"some of its elements are in no physical group.*Mesh.SaveAll = 0"):
+        read(tmp_path / "m.msh", msh4(*NAMED, *entities("0", "1 2")))
+
+
+def test_nodes_that_abaqus_holds_one_by_one_are_told(tmp_path):
+    (said,) = warnings(tmp_path / "m.inp", f"{INP}\n*BOUNDARY\na, 1, 6\nPart-1.2, ENCASTRE")
+    assert said.startswith("*BOUNDARY holds single nodes, which is not read")
+    assert warnings(tmp_path / "n.inp", f"{INP}\n*BOUNDARY\na, 1, 6") == []
+
+
 def test_lists_of_bounding_entities_of_gmsh_are_no_parts(tmp_path):
     lines = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$Entities", "0 0 1 0", "1 0 0 0 1 1 1 0 4 501 -502 503 504"]
     lines += ["$EndEntities", "$Nodes", "1 10 1 10", "2 1 0 10", *(str(i + 1) for i in range(10))]
@@ -478,6 +571,21 @@ def test_lists_of_bounding_entities_of_gmsh_are_no_parts(tmp_path):
     lines += ["$EndNodes", "$Elements", "1 4 1 4", "2 1 3 4"]
     lines += [f"{i + 1} {' '.join(map(str, quad))}" for i, quad in enumerate(QUADS)]
     assert read(tmp_path / "m.msh", "\n".join([*lines, "$EndElements"])).parts == ("part_1",)
+
+
+def test_numbers_of_parts_in_an_array_of_another_name_are_told(tmp_path):
+    """Both parts were one, without a word."""
+    cells: Any = [("quad", np.array(QUADS) - 1)]
+    for name, values, told in (("PartId", [1, 1, 2, 2], 1), ("part", [1, 1, 2, 2], 0), ("id", [1, 2, 3, 4], 0)):
+        meshio.Mesh(np.array(NODES), cells, cell_data={name: [np.array(values)]}).write(tmp_path / f"{name}.vtu")
+        found = inspect_mesh(str(tmp_path / f"{name}.vtu"), "mm", (0.0, 0.0, 0.0))[1]
+        assert [one.text.startswith(f"the array {name} is not read") for one in found] == [True] * told
+
+
+def test_a_format_with_an_ending_of_another_is_told_to_be_renamed(tmp_path):
+    """Nastran's .dat is Tecplot's to meshio."""
+    with pytest.raises(UserError, match=r"rename it, where it is one of these with another ending, .*Nastran \.bdf"):
+        read(tmp_path / "m.dat", bulk(CARDS))
 
 
 def test_shells_without_a_number_of_their_part_are_refused(tmp_path):
