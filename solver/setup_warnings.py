@@ -19,6 +19,7 @@ from birdstrike.solver.sensors.instrument import unrecorded
 from birdstrike.solver.target.files.mesh_quality import WARNING
 from birdstrike.solver.target.supports import NAMED
 
+THICKNESS_OFF = 1e-3  # share of a part's thickness by which the file's may differ without a word
 BESIDE = 0.01
 """Share of the bird's cross-section that may fly past the plate unsaid."""
 RINGS = 100
@@ -31,6 +32,7 @@ def setup_warnings(case: Case) -> list[str]:
     return [
         *coarse_mesh(case),
         *doubtful_shells(case),
+        *other_thicknesses(case),
         *free_target(case),
         *aimed_off(case),
         *edge_on(case),
@@ -39,6 +41,24 @@ def setup_warnings(case: Case) -> list[str]:
         *bird_beside_plate(case),
         *remarks(case),
         *late,
+    ]
+
+
+def other_thicknesses(case: Case) -> list[str]:
+    """A warning where the mesh file states other thicknesses of parts than the case, which are those simulated."""
+    if case.target is None or case.mesh_file is None:
+        return []
+    other = [
+        f"{name} {1e3 * stated:.4g} mm (target.parts.{name}.thickness: {1e3 * own:.4g} mm)"
+        for name, stated in case.target.source.mesh().thicknesses.items()
+        if not math.isclose(stated, own := case.target.parts[name].thickness, rel_tol=THICKNESS_OFF)
+        and f"target.parts.{name}.thickness" not in case.inversion.parameters
+    ]
+    if not other:
+        return []
+    return [
+        f"{case.mesh_file.name} states another thickness than the case, whose own is simulated: {', '.join(other)}; "
+        "correct the one that is wrong"
     ]
 
 

@@ -26,7 +26,7 @@ class PartMesh:
 
     nodes (m, 3) [m]; quads (e, 4), triangles last and the last node of each twice; part (e,): place of each in
     `parts`; sets: nodes by the name of their set; rows: the rivets that the mesh is made for; numbers (e,): of the
-    shells in their file, where it has any.
+    shells in their file, where it has any; thicknesses [m]: that the file states of parts, and that are not used.
     """
 
     nodes: Array
@@ -36,6 +36,7 @@ class PartMesh:
     sets: Mapping[str, NDArray[np.int64]]
     rows: Mapping[str, tuple[Row, ...]] = field(default_factory=dict)
     numbers: NDArray[np.int64] | None = None
+    thicknesses: Mapping[str, float] = field(default_factory=dict)
 
     def number(self, shell: int) -> int:
         """Of a shell in its file; counted from 1 where the file has none."""

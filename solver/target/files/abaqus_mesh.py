@@ -36,6 +36,8 @@ WITH_INPUT = ("*NODE", "*ELEMENT")
 FLAGS = ("GENERATE", "UNSORTED", "INTERNAL")
 """Options of a set that have no value."""
 SHELL_SECTIONS = ("SHELL SECTION", "SHELL GENERAL SECTION")
+VARIED = {"COMPOSITE", "NODAL THICKNESS", "SHELL THICKNESS"}
+"""Options of sections that have not one thickness."""
 GENERATED = ("ELGEN", "ELCOPY")
 """Keywords that make elements of others."""
 
@@ -100,8 +102,17 @@ def read_abaqus(path: str) -> TextMesh:
         elif section.keyword == "NSET":
             nsets.add(_name(section), _members(section, nsets, None))
     mesh.node_sets, mesh.shell_sets = nsets.named(), _parts_first(elsets, sections, len(mesh.shells))
+    mesh.thicknesses = {elsets.spelt[key]: value for key, value in _thicknesses(elsets, sections)}
     _left_out(sections, mesh)
     return mesh
+
+
+def _thicknesses(elsets: Sets, sections: list[Section]) -> Iterator[tuple[str, float]]:
+    """Thickness of the set of each section of one layer and one thickness, by the set's key."""
+    for one in (one for one in sections if one.keyword == "SHELL SECTION" and one.data):
+        key, first = elsets.key(one.options.get("ELSET", "")), next(iter(_words(one.data[0])), "")
+        if key is not None and not VARIED & one.options.keys() and not is_zero(first):
+            yield key, decimal(first, one.data[0], "*SHELL SECTION")
 
 
 def _parts_first(elsets: Sets, sections: list[Section], shells: int) -> dict[str, list[int]]:

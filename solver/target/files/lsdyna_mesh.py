@@ -86,7 +86,7 @@ def read_keywords(path: str) -> TextMesh:
     for block in blocks:
         if block.keyword in PARAMETERS:
             _parameters(block)
-    headings: dict[int, str] = {}
+    headings, sections, thick = dict[int, str](), dict[int, int](), dict[int, float]()
     for block in blocks:
         if block.keyword == "NODE":
             _nodes(block, mesh)
@@ -94,6 +94,9 @@ def read_keywords(path: str) -> TextMesh:
             _shells(block, mesh)
         elif block.keyword.partition("_")[0] == "PART":
             headings |= _headings(block)
+            sections |= _sections(block)
+        elif block.keyword in ("SECTION_SHELL", "SECTION_SHELL_TITLE"):
+            thick |= _thickness(block)
     if not mesh.places or not mesh.shells:
         missing = "*NODE" if not mesh.places else "*ELEMENT_SHELL"
         raise UserError(f"it holds no {missing}; write nodes and shells into the one file, or include them")
@@ -101,6 +104,9 @@ def read_keywords(path: str) -> TextMesh:
     for i, shell in enumerate(mesh.shells):
         parts.setdefault(shell.part or 0, []).append(i)
     mesh.shell_sets = {_called("part", pid, headings): parts[pid] for pid in sorted(parts)}
+    mesh.thicknesses = {
+        _called("part", pid, headings): thick[sections[pid]] for pid in parts if sections.get(pid) in thick
+    }
     mesh.shells = [shell._replace(part=None) for shell in mesh.shells]  # the sets say it
     _node_sets([block for block in blocks if block.keyword.startswith("SET_NODE")], mesh, parts)
     _left_out(blocks, mesh)
@@ -217,17 +223,43 @@ def _own_lines(block: Block, each: int) -> Iterator[str]:
         at += each
 
 
-def _headings(block: Block) -> dict[int, str]:
-    """Headings of parts by their number."""
+def _part_lines(block: Block) -> Iterator[tuple[str, str]]:
+    """Heading and first line of data of each part of a block."""
     options = block.keyword.split("_")[1:]
     if options and options[0] not in PART_OPTIONS:
-        return {}
+        return iter(())
     lines = block.lines[:2] if options else block.lines
-    found: dict[int, str] = {}
-    for heading, line in zip(lines[::2], lines[1::2], strict=False):
-        pid = block.fields(line, (10,))[0]
-        found[block.number(pid, line)] = "_".join(heading.split())
-    return found
+    return zip(lines[::2], lines[1::2], strict=False)
+
+
+def _headings(block: Block) -> dict[int, str]:
+    """Headings of parts by their number."""
+    return {
+        block.number(block.fields(line, (10,))[0], line): "_".join(heading.split())
+        for heading, line in _part_lines(block)
+    }
+
+
+def _sections(block: Block) -> dict[int, int]:
+    """Number of each part's section; a composite has none."""
+    if "COMPOSITE" in block.keyword:
+        return {}
+    rows = (
+        (block.number(part, line), block.number(section, line))
+        for _, line in _part_lines(block)
+        for part, section in [block.fields(line, (10, 10))]
+    )
+    return dict(rows)
+
+
+def _thickness(block: Block) -> dict[int, float]:
+    """T1 of a section by its number, the first of a block: how many lines others have hangs on their options."""
+    lines = [line for line in block.lines if line.strip()][block.keyword.endswith("TITLE") :][:2]
+    if len(lines) < 2:
+        return {}
+    number, own = (block.fields(line, (10,))[0] for line in lines)
+    value = decimal(own, lines[1], f"*{block.keyword}")
+    return {block.number(number, lines[0]): value} if value else {}
 
 
 def _called(kind: str, number: int, titles: dict[int, str]) -> str:

@@ -24,7 +24,7 @@ from birdstrike.solver.target.files.abaqus_mesh import read_abaqus
 from birdstrike.solver.target.files.lsdyna_mesh import ENDINGS, read_keywords
 from birdstrike.solver.target.files.mesh_quality import FAULT, WARNING, Finding, findings_of, size_fault
 from birdstrike.solver.target.files.nastran_mesh import NASTRAN, read_nastran
-from birdstrike.solver.target.files.text_mesh import NUMBER, TextMesh, no_shells
+from birdstrike.solver.target.files.text_mesh import NUMBER, THICKNESSES, TextMesh, no_shells, numbered_part
 from birdstrike.solver.target.mesh import border_sides, is_triangle, sides_of
 from birdstrike.solver.target.part_mesh import PartMesh
 
@@ -143,7 +143,8 @@ def _read(path: str, unit: str, origin: tuple[float, float, float]) -> Kept:
     whole = None if numbers is None else np.concatenate(numbers).astype(np.int64)
     last = np.argsort(is_triangle(quads), kind="stable")  # a quadrilateral may be written with its last node twice
     quads, part, whole = quads[last], part[last], None if whole is None else whole[last]
-    mesh = PartMesh(nodes, quads, part, names, {FREE: free_edges(quads)} | sets, numbers=whole)
+    stated = {name: METRES[unit] * own for name, own in (file.info or {}).get(THICKNESSES, {}).items() if name in names}
+    mesh = PartMesh(nodes, quads, part, names, {FREE: free_edges(quads)} | sets, numbers=whole, thicknesses=stated)
     if wrong := list(size_fault(nodes, unit, METRES)):
         raise UserError(f"target.mesh = {path}: {fault}" for fault in wrong)
     return Kept(mesh, (*findings_of(mesh), *lost), changed)
@@ -313,7 +314,7 @@ def _parts(file: Any, order: list[int], shells: int, path: str) -> tuple[tuple[s
                 )
             numbers, part = np.unique(values.astype(np.int64), return_inverse=True)
             named = {int(value[0]): name for name, value in file.field_data.items() if int(value[1]) == 2}
-            return tuple(named.get(int(number), f"part_{number}") for number in numbers), part.ravel()
+            return tuple(named.get(int(number), numbered_part(number)) for number in numbers), part.ravel()
     if names:
         apart = f"; left aside, since parts share no shell: {', '.join(shared)}" if shared else ""
         raise UserError(

@@ -7,7 +7,16 @@ from itertools import takewhile
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.target.files.text_mesh import Files, Shell, TextMesh, decimal, lines_of, no_shells, whole
+from birdstrike.solver.target.files.text_mesh import (
+    Files,
+    Shell,
+    TextMesh,
+    decimal,
+    lines_of,
+    no_shells,
+    numbered_part,
+    whole,
+)
 
 NASTRAN = (".bdf", ".nas", ".fem")
 """Endings of the files that are read as bulk data."""
@@ -45,6 +54,8 @@ def read_nastran(path: str) -> TextMesh:
             x, y, z = (decimal(_exponent(text), line, name) for text in fields[2:5])
             mesh.add_node(whole(fields[0], line, name), (x, y, z))
             holding += [["SPC1", str(PERMANENT), fields[6], fields[0]]] if fields[6] else []
+        elif name == "PSHELL" and fields[2]:
+            mesh.thicknesses[numbered_part(whole(fields[0], line, name))] = decimal(_exponent(fields[2]), line, name)
         elif name in HOLDING:
             holding.append([name, *fields])
         elif name in CORNERS:

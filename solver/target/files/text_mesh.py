@@ -17,6 +17,8 @@ NUMBER = "element_number"
 """Array of a mesh's cells that holds the file's numbers of its elements."""
 PROPERTY = "nastran:ref"
 """Array of a mesh's cells that holds the numbers of their properties, as meshio calls it."""
+THICKNESSES = "thicknesses"
+"""What a mesh's `info` calls those of its parts."""
 DEEPEST = 20
 """Files that include each other, one in the other."""
 LARGEST = 2**31 - 1
@@ -36,14 +38,15 @@ class Shell(NamedTuple):
 class TextMesh:
     """Nodes by number, shells in the file's order, sets of nodes (numbers) and of shells (places in `shells`).
 
-    held: what joins, loads or stiffens in the file and is not read, by name; told: other warnings, whole sentences;
-    files: those that the file includes.
+    thicknesses: of parts by name, in the file's unit; held: what joins, loads or stiffens in the file and is not read,
+    by name; told: other warnings, whole sentences; files: those that the file includes.
     """
 
     places: dict[int, Place] = field(default_factory=dict)
     shells: list[Shell] = field(default_factory=list)
     node_sets: dict[str, list[int]] = field(default_factory=dict)
     shell_sets: dict[str, list[int]] = field(default_factory=dict)
+    thicknesses: dict[str, float] = field(default_factory=dict)
     held: list[str] = field(default_factory=list)
     told: list[str] = field(default_factory=list)
     files: list[Path] = field(default_factory=list)
@@ -76,7 +79,8 @@ class TextMesh:
         sets: Any = {name: _by_block(given, blocks, len(self.shells)) for name, given in self.shell_sets.items()}
         rows: Any = {name: np.array(_rows(name, given, row), np.int64) for name, given in self.node_sets.items()}
         points = np.array(list(self.places.values()), np.float64).reshape(-1, 3)
-        return meshio.Mesh(points, cells, cell_data=data, point_sets=rows, cell_sets=sets)
+        known: Any = {THICKNESSES: self.thicknesses}
+        return meshio.Mesh(points, cells, cell_data=data, point_sets=rows, cell_sets=sets, info=known)
 
 
 def _by_block(members: list[int], blocks: list[list[int]], shells: int) -> list[NDArray[np.int64]]:
@@ -84,6 +88,11 @@ def _by_block(members: list[int], blocks: list[list[int]], shells: int) -> list[
     inside = np.zeros(shells, np.bool_)
     inside[members] = True
     return [np.flatnonzero(inside[block]) for block in blocks]
+
+
+def numbered_part(number: int) -> str:
+    """Name of a part that has a number alone."""
+    return f"part_{number}"
 
 
 def _part(shell: Shell) -> int:

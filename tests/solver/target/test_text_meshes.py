@@ -13,7 +13,7 @@ import pytest
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import load_case
-from birdstrike.solver.setup_warnings import doubtful_shells, free_target
+from birdstrike.solver.setup_warnings import doubtful_shells, free_target, other_thicknesses
 from birdstrike.solver.target.files.mesh_file import included_files, inspect_mesh, read_mesh
 from birdstrike.solver.target.part_mesh import PartMesh
 from tests.solver.target.test_mesh_file import table_with
@@ -571,6 +571,34 @@ def test_lists_of_bounding_entities_of_gmsh_are_no_parts(tmp_path):
     lines += ["$EndNodes", "$Elements", "1 4 1 4", "2 1 3 4"]
     lines += [f"{i + 1} {' '.join(map(str, quad))}" for i, quad in enumerate(QUADS)]
     assert read(tmp_path / "m.msh", "\n".join([*lines, "$EndElements"])).parts == ("part_1",)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "stated"),
+    [
+        ("m.inp", f"{INP}\n*SHELL SECTION, ELSET=SKIN, MATERIAL=al\n2.5, 5", {"skin": 2.5e-3}),
+        ("m.inp", f"{INP}\n*SHELL SECTION, ELSET=skin, COMPOSITE\n0.1, 3, ply, 45.", {}),
+        ("m.inp", f"{INP}\n*SHELL SECTION, ELSET=skin, SHELL THICKNESS=field", {}),
+        ("m.bdf", bulk(CARDS, "PSHELL,1,1,2.5", "PSHELL   2       1      3.1"), {"part_1": 2.5e-3, "part_2": 3.1e-3}),
+        ("m.bdf", bulk(CARDS, "PSHELL,1,1", "PCOMP,2"), {}),
+        ("m.k", keywords(ten(8), "*SECTION_SHELL", ten(8, 2), ten(2.5, 2.5, 2.5, 2.5)), {}),
+        ("m.k", keywords("*PART", "web", ten(8, 4), "*SECTION_SHELL_TITLE", "t", ten(4, 2), ten(2.5)), {"web": 2.5e-3}),
+        ("m.k", keywords("*PART_COMPOSITE", "web", ten(8, 4), "*SECTION_SHELL", ten(4, 2), ten(2.5)), {}),
+    ],
+)
+def test_thicknesses_that_a_file_states_of_its_parts_are_known(tmp_path, name, text, stated):
+    assert read(tmp_path / name, text).thicknesses == pytest.approx(stated)
+
+
+def test_another_thickness_in_the_file_than_in_the_case_is_told(tmp_path):
+    """The case's was simulated without a word."""
+    (tmp_path / "m.bdf").write_text(bulk(CARDS, "PSHELL,1,1,2.", "PSHELL,2,1,3.1") + "\n")
+    parts = {"part_1": PART, "part_2": PART}
+    case = load_case(table_with(tmp_path / "m.bdf", mesh_unit="mm", parts=parts, supports={"free_edges": "clamped"}))
+    (said,) = other_thicknesses(case)
+    assert said.startswith("m.bdf states another thickness than the case, whose own is simulated: part_2 3.1 mm (")
+    sought = {"inversion": {"parameters": {"target.parts.part_2.thickness": {"range": ["1 mm", "4 mm"]}}}}
+    assert other_thicknesses(case.overlaid(sought)) == []
 
 
 def test_numbers_of_parts_in_an_array_of_another_name_are_told(tmp_path):
