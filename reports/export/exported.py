@@ -121,7 +121,8 @@ def chosen_model(folder: Path, model: str = "") -> tuple[Path, str] | None:
         return None
     if model and own and model != own:
         raise UserError(f"--model {model}: {folder} is of the bird model {own}; give {whole}")
-    return whole, model or own or read_comparison(whole, model or own).ranking[0]
+    comparison = read_comparison(whole, model or own)
+    return whole, model or own or comparison.ranking[0]
 
 
 def _of_model(folder: Path, name: str) -> Export:
