@@ -140,7 +140,7 @@ def long_rivets(case: Case) -> list[str]:
     from birdstrike.solver.target.links.anchors import Surface  # late: few cases have such rows
 
     mesh, found = target.source.mesh(), list[str]()
-    surfaces = {name: Surface(mesh.nodes, mesh.quads[mesh.part == i]) for i, name in enumerate(mesh.parts)}
+    surfaces = {name: Surface.of(mesh, name) for name in mesh.parts}
     for name, row in own.items():
         if row is None:
             continue
@@ -161,17 +161,16 @@ def loose_ties(case: Case) -> list[str]:
     if case.target is None or not case.target.ties:
         return []
     from birdstrike.solver.target.links.anchors import Surface  # late: few cases have ties
+    from birdstrike.solver.target.links.ties import distances
 
     mesh, found = case.target.source.mesh(), list[str]()
     for name, tie in case.target.ties.items():
-        quads = mesh.quads[mesh.part == mesh.parts.index(tie.onto)]
-        own = np.setdiff1d(mesh.sets[tie.nodes], quads)
-        surface = Surface(mesh.nodes, quads)
-        far = [away for node in own if (away := surface.foot(mesh.nodes[node]).distance) > tie.distance]
-        if far:
+        own, away = distances(mesh, Surface.of(mesh, tie.onto), tie.nodes)
+        far = away[away > tie.distance]
+        if len(far):
             found.append(
                 f"target.ties.{name} leaves {len(far)} of {len(own)} nodes of {tie.nodes} free, as they lie "
-                f"{1e3 * min(far):.3g} to {1e3 * max(far):.3g} mm from {tie.onto}, beyond distance = "
+                f"{1e3 * far.min():.3g} to {1e3 * far.max():.3g} mm from {tie.onto}, beyond distance = "
                 f"{1e3 * tie.distance:.3g} mm; raise it, unless they are meant to be free"
             )
     return found

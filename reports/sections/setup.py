@@ -116,7 +116,7 @@ def _instrument(one: Instrument, unit: str) -> str:
     return ", ".join(filter(None, said)) or "ideal"
 
 
-def _parts(target: Target) -> tuple[tuple[str, str], ...]:
+def _parts(target: Target, mesh_file: Path | None) -> tuple[tuple[str, str], ...]:
     """Parts of a target with their thickness and law, and how it is held."""
     source = target.source
     parts = tuple(
@@ -127,7 +127,7 @@ def _parts(target: Target) -> tuple[tuple[str, str], ...]:
         f"{name} {edges if isinstance(edges, str) else 'on springs'}" for name, edges in target.supports.items()
     )
     size = " × ".join(quantity(side, "m") for side in (source.length, source.width))
-    file = "" if target.mesh is None else f", mesh {Path(target.mesh).name}"
+    file = "" if mesh_file is None else f", mesh {mesh_file.name}"
     mesh = f"{size}{file}, {len(source.mesh().quads)} shells of about {quantity(source.element_size, 'm')}"
     return (("target", mesh), *parts, ("supports", held or "none"))
 
@@ -135,7 +135,7 @@ def _parts(target: Target) -> tuple[tuple[str, str], ...]:
 def _plate(case: Case) -> tuple[tuple[str, str], ...]:
     plate, metal = case.plate, case.plate.material
     if case.target is not None:
-        return _parts(case.target)
+        return _parts(case.target, case.mesh_file)
     if plate.rigid:
         return (("plate", f"{quantity(plate.length, 'm')} × {quantity(plate.width, 'm')}, rigid"),)
     size = " × ".join(quantity(side, "m") for side in (plate.length, plate.width, plate.thickness))

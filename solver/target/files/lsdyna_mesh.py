@@ -86,26 +86,27 @@ def read_keywords(path: str) -> TextMesh:
     for block in blocks:
         if block.keyword in PARAMETERS:
             _parameters(block)
-    headings, sections, thick = dict[int, str](), dict[int, int](), dict[int, float]()
+    headed, thick = dict[int, tuple[str, int]](), dict[int, float]()
     for block in blocks:
         if block.keyword == "NODE":
             _nodes(block, mesh)
         elif block.keyword.startswith("ELEMENT_SHELL"):
             _shells(block, mesh)
         elif block.keyword.partition("_")[0] == "PART":
-            headings |= _headings(block)
-            sections |= _sections(block)
+            headed |= _parts(block)
         elif block.keyword in ("SECTION_SHELL", "SECTION_SHELL_TITLE"):
             thick |= _thickness(block)
     if not mesh.places or not mesh.shells:
         missing = "*NODE" if not mesh.places else "*ELEMENT_SHELL"
         raise UserError(f"it holds no {missing}; write nodes and shells into the one file, or include them")
-    parts: dict[int, list[int]] = {}
+    headings, parts = {pid: heading for pid, (heading, _) in headed.items()}, dict[int, list[int]]()
     for i, shell in enumerate(mesh.shells):
         parts.setdefault(shell.part or 0, []).append(i)
     mesh.shell_sets = {_called("part", pid, headings): parts[pid] for pid in sorted(parts)}
     mesh.thicknesses = {
-        _called("part", pid, headings): thick[sections[pid]] for pid in parts if sections.get(pid) in thick
+        _called("part", pid, headings): thick[section]
+        for pid, (_, section) in headed.items()
+        if pid in parts and section in thick
     }
     mesh.shells = [shell._replace(part=None) for shell in mesh.shells]  # the sets say it
     _node_sets([block for block in blocks if block.keyword.startswith("SET_NODE")], mesh, parts)
@@ -223,33 +224,18 @@ def _own_lines(block: Block, each: int) -> Iterator[str]:
         at += each
 
 
-def _part_lines(block: Block) -> Iterator[tuple[str, str]]:
-    """Heading and first line of data of each part of a block."""
+def _parts(block: Block) -> dict[int, tuple[str, int]]:
+    """Heading and number of the section of each part by its number; a composite has the section 0."""
     options = block.keyword.split("_")[1:]
     if options and options[0] not in PART_OPTIONS:
-        return iter(())
-    lines = block.lines[:2] if options else block.lines
-    return zip(lines[::2], lines[1::2], strict=False)
-
-
-def _headings(block: Block) -> dict[int, str]:
-    """Headings of parts by their number."""
-    return {
-        block.number(block.fields(line, (10,))[0], line): "_".join(heading.split())
-        for heading, line in _part_lines(block)
-    }
-
-
-def _sections(block: Block) -> dict[int, int]:
-    """Number of each part's section; a composite has none."""
-    if "COMPOSITE" in block.keyword:
         return {}
-    rows = (
-        (block.number(part, line), block.number(section, line))
-        for _, line in _part_lines(block)
-        for part, section in [block.fields(line, (10, 10))]
-    )
-    return dict(rows)
+    lines = block.lines[:2] if options else block.lines
+    found: dict[int, tuple[str, int]] = {}
+    for heading, line in zip(lines[::2], lines[1::2], strict=False):
+        pid, section = block.fields(line, (10, 10))
+        number = 0 if "COMPOSITE" in options else block.number(section, line)
+        found[block.number(pid, line)] = "_".join(heading.split()), number
+    return found
 
 
 def _thickness(block: Block) -> dict[int, float]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.contact.contact import bilinear, clamp_to_facet, foot_on_facet
 from birdstrike.solver.target.mesh import reach_of
+from birdstrike.solver.target.part_mesh import PartMesh
 
 ROUNDED = 1.0 + 1e-9
 SAMPLES = 9
@@ -48,6 +49,11 @@ class Surface:
         self.centres = nodes[quads].mean(axis=1)
         self.reach = reach_of(nodes, quads, self.centres)
         self.tree, self.farthest = KDTree(self.centres), float(self.reach.max())
+
+    @classmethod
+    def of(cls, mesh: PartMesh, part: str) -> Surface:
+        """Of a part by its name."""
+        return cls(mesh.nodes, mesh.quads[mesh.part == mesh.parts.index(part)])
 
     def foot(self, point: Array) -> Foot:
         """The place nearest to a point (3,) [m]."""

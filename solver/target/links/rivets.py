@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
@@ -138,7 +137,7 @@ def rivets_of(parts: PartMesh, said: Sequence[tuple[str, Row, RivetData]]) -> Ri
     ends: list[dict[int, float]] = []
     constants: list[Array] = []
     rows: list[str] = []
-    surfaces = {name: Surface(parts.nodes, parts.quads[_of(parts, name)]) for _, row, _ in said for name in row.parts}
+    surfaces = {name: Surface.of(parts, name) for _, row, _ in said for name in row.parts}
     for name, row, data in said:
         for number, point in enumerate(row.points):
             feet = [surfaces[part].foot(point) for part in row.parts]
@@ -161,7 +160,3 @@ def rivets_of(parts: PartMesh, said: Sequence[tuple[str, Row, RivetData]]) -> Ri
     if not points:
         return None
     return Rivets(np.array(points), np.array(axes), Anchors.of(ends), np.array(constants), parts.nodes, rows)
-
-
-def _of(parts: PartMesh, name: str) -> NDArray[np.bool_]:
-    return parts.part == parts.parts.index(name)

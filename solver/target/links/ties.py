@@ -120,18 +120,22 @@ def ties_of(parts: PartMesh, said: dict[str, TieData], held: NDArray[np.bool_]) 
     return Ties(np.array(order, np.int64), Anchors.of(rows[node] for node in order), parts.nodes)
 
 
+def distances(parts: PartMesh, surface: Surface, nodes: str) -> tuple[NDArray[np.int64], Array]:
+    """Nodes of a set that are not the surface's own, and how far each is from it [m]."""
+    own = np.setdiff1d(parts.sets[nodes], surface.quads)
+    return own, np.array([surface.foot(parts.nodes[node]).distance for node in own])
+
+
 def _one(parts: PartMesh, name: str, tie: TieData, held: NDArray[np.bool_]) -> dict[int, dict[int, float]]:
     """Weights of every node that one tie ties."""
-    onto = parts.part == parts.parts.index(tie.onto)
-    quads = parts.quads[onto]
-    surface = Surface(parts.nodes, quads)
-    own = np.setdiff1d(parts.sets[tie.nodes], np.unique(quads))
+    surface = Surface.of(parts, tie.onto)
+    own, away = distances(parts, surface, tie.nodes)
     if not len(own):
         raise UserError(
             f"target.ties.{name}: all nodes of {tie.nodes} belong to {tie.onto} itself; name a set of the part that is "
             "to follow it"
         )
-    near = np.array([node for node in own if surface.foot(parts.nodes[node]).distance <= tie.distance], np.int64)
+    near = own[away <= tie.distance]
     if not len(near):
         raise UserError(
             f"target.ties.{name}: no node of {tie.nodes} lies within distance = {1e3 * tie.distance:.4g} mm of "
@@ -143,6 +147,6 @@ def _one(parts: PartMesh, name: str, tie: TieData, held: NDArray[np.bool_]) -> d
             f"target.ties.{name}: every node of {tie.nodes} near {tie.onto} is held by target.supports and can follow "
             "nothing; name another set, or hold fewer"
         )
-    border = border_sides(parts.quads[~onto])
+    border = border_sides(parts.quads[parts.part != parts.parts.index(tie.onto)])
     border = border[np.isin(border, near).all(axis=1)]
     return weights_of_line(surface, parts.nodes, border, near)
