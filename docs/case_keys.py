@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.bird import Bird
-from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.case import load_case
 from birdstrike.solver.case.effects import SHOWN, shown
 from birdstrike.solver.case.external import FORMATS, External, Text, UnitText
 from birdstrike.solver.case.plate import EDGE_WORDS, EdgeSprings, Plate, PlateMaterial
@@ -22,7 +22,7 @@ from birdstrike.solver.case.sections import Impact, Time, is_list, sections_of
 from birdstrike.solver.case.settings import NUISANCE, SolverSettings
 from birdstrike.solver.case.target import Part, Rivets, Target, Tie
 from birdstrike.solver.effects.registry import effects
-from birdstrike.solver.fields import Between, Count, Later, OneOf, Section, Switch, WordOr
+from birdstrike.solver.fields import Between, Count, OneOf, Section, Switch, WordOr
 from birdstrike.solver.sensors.instrument import Instrument
 from birdstrike.solver.sensors.registry import SENSORS as SENSOR_KINDS
 from birdstrike.solver.target.generators.registry import GENERATORS
@@ -229,8 +229,10 @@ SETTINGS = {
     "solver.smallest_step": "An element whose stable step falls below this share of the first is eroded.",
     'inversion.parameters."<key>".range': "Lower and upper limit of a parameter to be sought, in its own unit.",
     'inversion.parameters."<key>".scale': "In which its designs spread.",
+    'inversion.parameters."<key>".prior': "What is known of it beside the range, normal and cut off there: "
+    '`{ mean = "300 Pa s", sd = "80 Pa s" }`.',
     'inversion.models.<model>."<key>".range': "Limits of a constant in `birdstrike calibrate-models`, for the model of "
-    "that name (such as `murnaghan`), in place of the model's own list; `scale` as above.",
+    "that name (such as `murnaghan`), in place of the model's own list; `scale` and `prior` as above.",
     "diagnosis.baselines": "Records of shots at the same rig in which nothing is suspected, as `diagnose --baseline` "
     "takes them; a path is relative to the case's file.",
     "diagnosis.baseline_bird": "Bird of those beside the shot's, as `diagnose --baseline-bird` takes it: of one batch, "
@@ -317,9 +319,6 @@ def chapters() -> Iterator[tuple[str, list[Row]]]:
         yield f'External solver: `format = "{kind}"`', list(rows(reading, "external.sensors.<name>", EXTERNAL))
     yield "Effects", list(of_effects())
     yield "Inversion", list(inversion())
-    later = [name for name, field in Case.model_fields.items() if any(isinstance(m, Later) for m in field.metadata)]
-    if later:
-        yield "Reserved", [(f"`{name}`", "", "", "", "Not available in this version.") for name in later]
 
 
 def rows(section: type[Section], prefix: str, meanings: dict[str, str]) -> Iterator[Row]:
@@ -373,6 +372,8 @@ def inversion() -> Iterator[Row]:
     yield f"`{sought}`", "of the key", "within the key's own", "none", SETTINGS[sought]
     scale = sought.replace(".range", ".scale")
     yield f"`{scale}`", "word", '"linear", "logarithmic"', '"linear"', SETTINGS[scale]
+    prior = sought.replace(".range", ".prior")
+    yield f"`{prior}`", "of the key", "mean within the range, sd above 0", "the range alone", SETTINGS[prior]
     own = 'inversion.models.<model>."<key>".range'
     yield f"`{own}`", "of the key", "within the key's own", "the model's", SETTINGS[own]
     for name, mark in NUISANCE.items():

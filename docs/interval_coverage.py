@@ -170,7 +170,7 @@ class Bench:
             columns = model.corrected.columns(observations, at(problem, middle), widening)
             problem = replace(problem, model=replace(problem.model, known=np.hstack([known, columns])))
             _, found = posterior(problem, number)
-        return Interval(z, found, coordinates.prior_width(), added)
+        return Interval(z, found, coordinates.prior.width(), added)
 
 
 def campaign(case: Case, space: ParameterSpace, unit: Array, forward: Forward) -> Dataset:

@@ -154,6 +154,10 @@ class Between:
         """An SI value as the engineers write it: "10 mm"."""
         return f"{from_si(si, self.shown):.6g} {self.shown}".strip()
 
+    def written(self, si: float) -> str:
+        """An SI value as it stands in a case: \'"10 mm"\', 0.1."""
+        return f'"{self.display(si)}"' if self.shown else self.display(si)
+
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return checked(self.validate)
 
@@ -238,18 +242,3 @@ class WordOr:
 
         written = core_schema.plain_serializer_function_ser_schema(plain)
         return core_schema.no_info_wrap_validator_function(validate, handler(self.table), serialization=written)
-
-
-@dataclass(frozen=True)
-class Later:
-    """A section that the format knows and this version does not: refused when it says anything."""
-
-    instead: str
-
-    def validate(self, value: Any) -> None:
-        """None for an absent or empty section; raises PydanticCustomError otherwise."""
-        if value not in (None, {}):
-            raise complaint(f"is not available in this version; {self.instead}")
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        return checked(self.validate)

@@ -240,12 +240,12 @@ def reasons(answer: Answer) -> Iterator[str]:
 
 
 def _cells(estimate: Estimate, limits: tuple[float, float]) -> tuple[str, str, str]:
-    """A parameter that is not identified is shown as its range, never as a number with digits."""
+    """A parameter that is not identified is shown as its range, or its prior, never as a number with digits."""
     from birdstrike.data.formatting import quantity, span
 
     interval = span(*estimate.interval_95, estimate.unit) if estimate.interval_95 else "-"
     if not estimate.identified or estimate.value is None:
-        return f"in {span(*limits, estimate.unit)}", interval, "no"
+        return f"in {span(*(estimate.interval_95 or limits), estimate.unit)}", interval, "no"
     return quantity(estimate.value, estimate.unit, 4), interval, "yes"
 
 

@@ -72,6 +72,14 @@ class ParameterSpace:
         logarithmic = (self._logarithms(values) - low) / np.where(self.logarithmic, high - low, 1.0)
         return np.where(self.logarithmic, logarithmic, linear)
 
+    def slopes(self, values: Array) -> Array:
+        """(k,) by what fraction of each range `to_unit` grows per SI unit at values (k,)."""
+        linear = 1.0 / (self.highs - self.lows)
+        if not self.logarithmic.any():
+            return linear
+        width = self._logarithms(self.highs) - self._logarithms(self.lows)
+        return np.where(self.logarithmic, 1.0 / np.where(self.logarithmic, values * width, 1.0), linear)
+
     def _logarithms(self, values: Array) -> Array:
         """log |v| on the range's side of 0, of the smallest positive number beyond it; 0 in linear columns."""
         towards = np.where(self.logarithmic, np.maximum(values * np.sign(self.lows), np.finfo(float).tiny), 1.0)

@@ -23,7 +23,6 @@ from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.diagnosis import (
@@ -223,7 +222,7 @@ def parameters(fit: Fit, shot: Shot, model: Hypothesis) -> dict[str, dict[str, A
             "value": float(ends[1][i]),
             "interval_95": (float(ends[0][i]), float(ends[2][i])),
             "unit": space.units[i],
-            "identified": bool(sd[i] < 0.5 * PRIOR_SD),
+            "identified": bool(sd[i] < 0.5 * shot.setup.plan.prior.sd[i]),
         }
         for i, name in enumerate(space.names)
     }

@@ -20,7 +20,7 @@ from birdstrike.inversion.diagnosis.instrument import with_faults
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem, each
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Record, Shot
-from birdstrike.inversion.diagnosis.system import PRIOR_SD, build
+from birdstrike.inversion.diagnosis.system import build
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
@@ -128,7 +128,7 @@ def _residual(problem: Problem, hypothesis: Hypothesis, fit: Fit, kept: tuple[Sh
     k = len(shot.setup.lows)
     birds = {one.name: evidence.z[system.names.index(one.name) * k :][:k] for one in kept if not one.baseline}
     bird = birds[shot.name] if shot.name in birds else np.mean(list(birds.values()), axis=0)
-    z = np.clip(0.5 + PRIOR_SD * bird, shot.setup.lows, shot.setup.highs)
+    z = np.clip(shot.setup.plan.prior.place(bird), shot.setup.lows, shot.setup.highs)
     sizes = {one.label: float(h) for one, h in zip(members, evidence.h, strict=True)}
     return shot.record.values - predicted(shot, hypothesis, z, sizes)
 

@@ -19,7 +19,6 @@ from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.responses import Response
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.diagnosis.shots import Shot, setups_of
-from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.estimation.mesh_correction import stack
 from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.surrogate.weights import emulator_table, process_table
@@ -97,7 +96,7 @@ def _drawn(ranking: Ranking, label: str, shots: Sequence[Shot]) -> Table:
     tester = standing.fit.tester
     parameters, found, nodes = tester.draws(standing.at_fit, DRAWS, np.random.default_rng(0))
     birds = dict(zip(tester.system.names, np.split(parameters, len(tester.system.names), axis=1), strict=True))
-    z = [np.clip(0.5 + PRIOR_SD * birds[one.name], one.setup.lows, one.setup.highs) for one in shots]
+    z = [np.clip(one.setup.plan.prior.place(birds[one.name]), one.setup.lows, one.setup.highs) for one in shots]
     h = np.array([np.clip(column, *one.limits) for one, column in zip(hypothesis.members, found.T, strict=True)])
     magnitudes = [
         [one.magnitude(float(size)) for size in column] for one, column in zip(hypothesis.members, h, strict=True)

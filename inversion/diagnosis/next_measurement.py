@@ -22,7 +22,7 @@ from birdstrike.inversion.diagnosis.plan import PREFIX
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Shot, responses_of
-from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
+from birdstrike.inversion.diagnosis.system import Places
 from birdstrike.inversion.labels import in_words, label_parts
 from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.solver.case.case import Case
@@ -200,7 +200,7 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, compared: list[s
     coefficients = np.linalg.lstsq(basis, curves, rcond=None)[0]
     J = np.zeros((POINTS, len(fit.system.names) * k))
     at = fit.system.names.index(shot.name) * k
-    J[:, at : at + k] = PRIOR_SD * coefficients[1 : 1 + k].T
+    J[:, at : at + k] = setup.plan.prior.sd * coefficients[1 : 1 + k].T
     signatures, node = slopes(shot, name, t), _likeliest(ranking, compared)
     J = J @ fit.tester.rotation.T * fit.tester.sizes(np.array([node]))[0, : J.shape[1]]
     J = np.hstack([J, _unnamed(ranking, signatures, node)])

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from birdstrike.data.formatting import quantity
 from birdstrike.data.progress import Display, no_display
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.doe.solvers import simulated_by
@@ -56,6 +57,7 @@ from birdstrike.inversion.diagnosis.shots import Shot, setups_of, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
 from birdstrike.inversion.estimation.mesh_correction import shells_of_a_file, unrefined_file
+from birdstrike.inversion.estimation.prior import conflicts
 from birdstrike.inversion.estimation.refinement import AUTO as REFINE_AUTO
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.results.diagnosis import (
@@ -366,6 +368,8 @@ class Pipeline:
                 "quantity as a parameter or an effect, or its simulations failed; the answer takes the declared value "
                 "as exact"
             )
+        for shot in self.shots:
+            found += _prior_conflicts(shot, ranking, chosen or NONE)
         found += shells_of_a_file(unrefined_file(shot.setup.plan.case) for shot in self.shots)
         found += _lattices_lacking((*self.shots, *self.baselines.shots))
         for label, reason in failed.items():
@@ -391,6 +395,18 @@ class Pipeline:
                 "changed with --baseline, which shows it"
             )
         return [*found, *self._of_birds(ranking)]
+
+
+def _prior_conflicts(shot: Shot, ranking: Ranking, model: str) -> list[str]:
+    """Warnings where a shot's parameters under a model contradict what its case states of them."""
+    space, prior = shot.setup.plan.space, shot.setup.plan.prior
+    if not prior.stated.any():
+        return []
+
+    def shown(i: int, z: float) -> str:
+        return quantity(float(space.to_physical(np.full((1, len(space.names)), z))[0, i]), space.units[i])
+
+    return conflicts(prior, space.names, *ranking.fits[model].interval(shot.name, len(space.names)), shown)
 
 
 def _left_out(setups: Sequence[Setup]) -> list[str]:

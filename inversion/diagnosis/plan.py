@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.inversion.estimation.mesh_correction import FINE_RUNS, FINER_SHELLS, fine_mesh, spread
+from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.solver.build import middle_of, rest_mesh
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
@@ -107,6 +109,11 @@ class Plan:
     spread: tuple[int, ...]
     blocks: tuple[Block, ...]
     refused: Mapping[str, str]
+
+    @cached_property
+    def prior(self) -> NormalPrior:
+        """Of the parameters, in fractions of the ranges."""
+        return NormalPrior.of(self.case.priors, self.space)
 
     def block_of(self, effect: str) -> Block:
         """The block in which an effect is."""

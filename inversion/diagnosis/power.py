@@ -12,7 +12,6 @@ from scipy.stats import norm
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
-from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.results.diagnosis import NONE
 
 STEP = 1e-3  # of a range: for the derivative of a parameter's scale
@@ -97,10 +96,10 @@ def biases(ranking: Ranking) -> dict[str, dict[str, float]]:
     J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in labels])
     node = np.array([int(fit.evidence.weights.argmax())])
     prior = np.diag(fit.tester.sizes(node)[0, : len(J)] ** -2.0)
-    moved = PRIOR_SD * fit.tester.rotation.T @ np.linalg.solve(prior + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
+    moved = fit.tester.rotation.T @ np.linalg.solve(prior + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
     k = len(space.names)
     first = fit.system.names.index(shot.name) * k
     z = np.clip(fit.places.z[shot.name], STEP, 1.0 - STEP)
     width = (space.to_physical((z + STEP)[None])[0] - space.to_physical((z - STEP)[None])[0]) / (2.0 * STEP)
-    shifts = width[:, None] * moved[first : first + k]
+    shifts = (width * shot.setup.plan.prior.sd)[:, None] * moved[first : first + k]
     return {label: {name: float(shifts[i, j]) for i, name in enumerate(space.names)} for j, label in enumerate(labels)}

@@ -32,7 +32,7 @@ from birdstrike.inversion.diagnosis.evidence import (
 )
 from birdstrike.inversion.diagnosis.hypotheses import NOTHING, Hypothesis, Suspect, by_family, hypotheses
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, build, changes, with_fault
+from birdstrike.inversion.diagnosis.system import Options, Places, System, build, changes, with_fault
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 
 STEPS = 12
@@ -77,9 +77,9 @@ class Fit:
 
     def interval(self, name: str, k: int) -> tuple[Array, Array]:
         """(k,) mean and standard deviation of a shot's parameters, fractions of the ranges."""
-        at = self.system.names.index(name) * k
-        mean = 0.5 + PRIOR_SD * self.evidence.z[at : at + k]
-        return mean, PRIOR_SD * np.sqrt(np.diag(self.evidence.z_cov)[at : at + k])
+        at, prior = self.system.names.index(name) * k, self.system.priors[name]
+        mean = prior.place(self.evidence.z[at : at + k])
+        return mean, prior.sd * np.sqrt(np.diag(self.evidence.z_cov)[at : at + k])
 
 
 @dataclass(frozen=True)
@@ -413,9 +413,9 @@ def _least_astray(problem: Problem, one: Hypothesis, fits: Sequence[Fit]) -> Sta
 def _astray(evidence: Evidence, fit: Fit) -> float:
     """How far the model's parameters lie from where the system was linearised, in ranges: its errors belong there."""
     step = 0.0
-    for i, name in enumerate(fit.system.names):
+    for i, (name, prior) in enumerate(fit.system.priors.items()):
         z = fit.places.z[name]
-        mean = 0.5 + PRIOR_SD * evidence.z[i * len(z) : (i + 1) * len(z)]
+        mean = prior.place(evidence.z[i * len(z) : (i + 1) * len(z)])
         inside = np.clip(mean, 0.0, 1.0)
         step = max(step, float(np.abs(fit.system.roughness * (inside - z)).max()))
     return step

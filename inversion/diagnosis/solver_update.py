@@ -24,7 +24,6 @@ from birdstrike.inversion.diagnosis.ranking import Fit, Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Change, Response
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, stack
 from birdstrike.inversion.diagnosis.shots import Shot, setups_of
-from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.solver.case.case import Case
@@ -127,11 +126,12 @@ def _nearby(setup: Setup, fit: Fit, name: str, points: Array, rng: np.random.Gen
     k = len(setup.lows)
     mean, _ = fit.interval(name, k)
     at = fit.system.names.index(name) * k
-    factor = PRIOR_SD * np.linalg.cholesky(fit.evidence.z_cov[at : at + k, at : at + k] + 1e-12 * np.eye(k))
+    root = np.linalg.cholesky(fit.evidence.z_cov[at : at + k, at : at + k] + 1e-12 * np.eye(k))
+    factor: Array = np.diag(fit.system.priors[name].sd) @ root
     u = rng.standard_normal((CANDIDATES, k))
     u *= REACH * (rng.random((CANDIDATES, 1)) ** (1.0 / k) / np.linalg.norm(u, axis=1, keepdims=True))
     tried = np.round(np.clip(mean + u @ factor.T, setup.lows, setup.highs), DIGITS)
-    apart = cdist(*(np.linalg.solve(factor, one.T).T for one in (tried, points))).min(axis=1)
+    apart = cdist(np.linalg.solve(factor, tried.T).T, np.linalg.solve(factor, points.T).T).min(axis=1)
     return tried[int(apart.argmax())]
 
 

@@ -30,6 +30,7 @@ from birdstrike.inversion.diagnosis.discrepancy import (
 from birdstrike.inversion.diagnosis.hypotheses import Suspect
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.shots import TIME_OFFSET, Shot, responses_of
+from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.misfit import rms
 
 CHANGED = 8  # directions a channel of the discrepancy that an effect may change
@@ -39,7 +40,6 @@ IN_COMMON = 0.5  # of that variance: a model that answers more strongly does so 
 PHYSICAL = 0.2  # of the variance of what a shot has for itself: speed, aim, support are never repeated exactly
 FAST = 0.3  # of that variance: ringing of shells and contact, which repeats in no record and no mesh, block by block
 UNSEEN_SHARE = 1e-6  # of the peak: a signature below it moves no sensor of that kind
-PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,8 @@ class System:
     """blocks: by kind; smooth: kind -> (p, p) whitened covariance of something else. columns: (n, m) whitened: the
     residual at the places, J by one prior standard deviation of each parameter, unnamed errors, nuisances by one
     standard deviation of each, G and D of each suspect, model error that effects change, what another lattice moves;
-    at: name -> their indices; dz: (r,) how far the places lie from the prior's middle; names: of the shots, in the
-    order of J; noise: Cholesky factor (n, n).
+    at: name -> their indices; dz: (r,) how far the places lie from the priors' means; priors: of each shot's
+    parameters, the shots in the order of J; noise: Cholesky factor (n, n).
     """
 
     blocks: tuple[Block, ...]
@@ -86,11 +86,16 @@ class System:
     columns: Array
     at: Mapping[str, slice]
     dz: Array
-    names: tuple[str, ...]
+    priors: Mapping[str, NormalPrior]
     noise: Array
     numerical: Mapping[str, Array]
     roughness: Array
     moved: Mapping[str, float]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the shots."""
+        return tuple(self.priors)
 
     @cached_property
     def other(self) -> tuple[Block, ...]:
@@ -132,6 +137,11 @@ class Linearisation:
     def means(self) -> list[Array]:
         """(n,) those at each record's points."""
         return [shot.sample(grid[None])[0] for shot, grid in zip(self.shots, self.grids, strict=True)]
+
+    @cached_property
+    def priors(self) -> dict[str, NormalPrior]:
+        """Of each shot's parameters."""
+        return {shot.name: shot.setup.plan.prior for shot in self.shots}
 
     @cached_property
     def jacobians(self) -> list[Array]:
@@ -222,8 +232,8 @@ def build(
         smooth=smooth,
         columns=white(np.hstack(list(parts.values()))),
         at=_places_of(parts),
-        dz=np.concatenate([own - 0.5 for own in at.z]) / PRIOR_SD,
-        names=tuple(shot.name for shot in shots),
+        dz=np.concatenate([prior.deviations(z) for prior, z in zip(at.priors.values(), at.z, strict=True)]),
+        priors=at.priors,
         noise=noise,
         numerical={shot.name: part for shot, part in zip(shots, variances, strict=True)},
         roughness=at.roughness,
@@ -247,7 +257,7 @@ def _columns(
     bent = any(one.bends and sizes.get(one.label) for one in found)
     parts: dict[str, Array] = {
         "y": y[:, None],
-        "J": np.asarray(block_diag(*(one.T for one in at.jacobians))) * PRIOR_SD,
+        "J": np.asarray(block_diag(*(J.T * p.sd for J, p in zip(at.jacobians, at.priors.values(), strict=True)))),
         "unnamed": np.vstack(_unnamed(at, sizes) if bent else library),
         "nuisance": _nuisances(at),
     }

@@ -135,7 +135,7 @@ class Calibrator:
 
     def _candidate_costs(self, whitening: Whitening, scores: list[Array], z: Array, tau: float) -> Array:
         residual = whitening.apply(self.model.observations.values - self.model.curves(scores, tau * self.sigma))
-        prior = (z - self.coordinates.mean) / self.coordinates.sd
+        prior = self.coordinates.prior.deviations(z)
         return (residual**2).sum(axis=1) + (prior**2).sum(axis=1) + tau**2
 
     def _whitening(self, theta: Array, t0: float) -> Whitening:
@@ -168,7 +168,7 @@ class Calibrator:
         """Whitened data residuals, then prior, then time origin."""
         z, tau = p[:-1], p[-1]
         curve = self.model.curve(self.coordinates.theta(z[None], box)[0], tau * self.sigma)
-        prior = (z - self.coordinates.mean) / self.coordinates.sd
+        prior = self.coordinates.prior.deviations(z)
         return np.concatenate([whitening.apply(self.model.observations.values - curve), prior, [tau]])
 
     def _derivatives(self, p: Array, whitening: Whitening, box: Box) -> Array:
@@ -183,7 +183,7 @@ class Calibrator:
         slopes = (curves[1 : r + 1] - curves[r + 1 :]) / width[:, None]
         shift = self._time_slope([s[:1] for s in scores], tau)
         data = -whitening.apply(np.vstack([slopes, shift]))
-        return np.vstack([data.T, np.diag(np.append(1.0 / self.coordinates.sd, 1.0))])
+        return np.vstack([data.T, np.diag(np.append(1.0 / self.coordinates.prior.sd, 1.0))])
 
     def _time_slope(self, scores: list[Array], tau: float) -> Array:
         """d curve / d tau (1, n)."""

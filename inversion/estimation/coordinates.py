@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import truncnorm
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.estimation.prior import NormalPrior
+from birdstrike.solver.case.settings import Prior
 from birdstrike.surrogate.features import Region
-
-UNIFORM_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over 0..1
 
 
 @dataclass(frozen=True)
@@ -34,16 +34,15 @@ class Box:
 class Coordinates:
     """theta = base + z basis, with z (r,) about 0..1 in boxes, and a normal prior on z truncated to the boxes.
 
-    names: (k) dotted case keys; base: (k,) SI; basis: (r, k) SI; boxes: where z may be; mean, sd: (r,) of the prior;
-    space: where base and basis are fractions of its ranges, each in its scale.
+    names: (k) dotted case keys; base: (k,) SI; basis: (r, k) SI; boxes: where z may be; prior: of z (r,); space: where
+    base and basis are fractions of its ranges, each in its scale.
     """
 
     names: tuple[str, ...]
     base: Array
     basis: Array
     boxes: tuple[Box, ...]
-    mean: Array
-    sd: Array
+    prior: NormalPrior
     space: ParameterSpace | None = None
 
     def theta(self, z: Array, box: Box) -> Array:
@@ -64,25 +63,18 @@ class Coordinates:
         """(r, k) SI, what each coordinate does to the parameters from 0 to 1, the others at 0."""
         return self.unlimited(np.eye(len(self.basis))) - self.unlimited(np.zeros(len(self.basis)))
 
-    def prior_sd(self) -> Array:
-        """(r,) standard deviation of the prior, the ends of 0..1 cut off."""
-        low, high = (0.0 - self.mean) / self.sd, (1.0 - self.mean) / self.sd
-        return np.asarray(truncnorm.std(low, high)) * self.sd
 
-    def prior_width(self) -> Array:
-        """(r,) width of the prior's central 95 % interval on 0..1."""
-        low, high = (0.0 - self.mean) / self.sd, (1.0 - self.mean) / self.sd
-        return np.asarray(truncnorm.ppf(0.975, low, high) - truncnorm.ppf(0.025, low, high)) * self.sd
-
-
-def parameter_coordinates(dataset: Dataset, regions: tuple[Region, ...]) -> Coordinates:
-    """One coordinate a parameter, 0..1 over its range; prior: midpoint and range/sqrt(12)."""
+def parameter_coordinates(
+    dataset: Dataset, regions: tuple[Region, ...], stated: Mapping[str, Prior] | None = None
+) -> Coordinates:
+    """One coordinate a parameter, 0..1 over its range; stated: priors of a case by dotted key."""
     span = dataset.highs - dataset.lows
     boxes = tuple(
         Box((r.lows - dataset.lows) / span, (r.highs - dataset.lows) / span, r.flat, r.lows, r.highs) for r in regions
     )
-    k = len(dataset.names)
-    return Coordinates(dataset.names, dataset.lows, np.diag(span), boxes, np.full(k, 0.5), np.full(k, UNIFORM_SD))
+    linear = ParameterSpace(dataset.names, dataset.units, dataset.lows, dataset.highs)
+    prior = NormalPrior.of(stated or {}, linear)
+    return Coordinates(dataset.names, dataset.lows, np.diag(span), boxes, prior)
 
 
 def carried_coordinates(dataset: Dataset, rank: int, space: ParameterSpace) -> Coordinates:
@@ -99,4 +91,4 @@ def carried_coordinates(dataset: Dataset, rank: int, space: ParameterSpace) -> C
     low, high = place.min(axis=0), place.max(axis=0)
     box = Box(np.zeros(rank), np.ones(rank), np.zeros(rank, dtype=bool), dataset.lows, dataset.highs)
     base, basis = centre + low @ directions, (high - low)[:, None] * directions
-    return Coordinates(dataset.names, base, basis, (box,), np.full(rank, 0.5), np.full(rank, UNIFORM_SD), space)
+    return Coordinates(dataset.names, base, basis, (box,), NormalPrior.of_ranges(rank), space)

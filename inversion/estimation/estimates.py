@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.formatting import plain, quantity
+from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
+from birdstrike.inversion.estimation.coordinates import Coordinates
 from birdstrike.inversion.estimation.posterior import Posterior
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.estimates import Estimate
@@ -39,16 +41,18 @@ class Sensitivity:
         return f"the {plain(self.channel)} changes by at most {change} over its whole range, {against}"
 
 
-def intervals(modes: tuple[Mode, ...]) -> Array:
+def intervals(modes: tuple[Mode, ...], stated: NDArray[np.bool_] | None = None) -> Array:
     """(r, 2) the 95 % intervals of z: each mode's linearised one inside its box, and the hull of all modes.
 
-    Where a parameter is off the whole box is possible.
+    Where a parameter is off the whole box is possible, unless the case states a prior of it.
+    stated: (r,) where it does.
     """
     low, high = [], []
     for mode in modes:
         spread = NORMAL_95 * np.sqrt(np.diag(mode.covariance)[:-1])
-        low.append(np.where(mode.box.flat, mode.box.lows, np.maximum(mode.z - spread, mode.box.lows)))
-        high.append(np.where(mode.box.flat, mode.box.highs, np.minimum(mode.z + spread, mode.box.highs)))
+        whole = mode.box.flat & ~(np.zeros_like(mode.box.flat) if stated is None else stated)
+        low.append(np.where(whole, mode.box.lows, np.maximum(mode.z - spread, mode.box.lows)))
+        high.append(np.where(whole, mode.box.highs, np.minimum(mode.z + spread, mode.box.highs)))
     return np.stack([np.min(low, axis=0), np.max(high, axis=0)], axis=1)
 
 
@@ -85,6 +89,18 @@ def reason(calibrator: Calibrator, modes: tuple[Mode, ...], i: int, width: float
     return share + _look_alike(calibrator, modes[0], i) + also
 
 
+def _stated_prior(dataset: Dataset, coordinates: Coordinates, i: int) -> str:
+    """What a prior that the case states of parameter i adds to the reason; empty where it states none."""
+    prior = coordinates.prior
+    if not prior.stated[i]:
+        return ""
+    (low, unit), (high, _) = (
+        dataset.shown(i, float(coordinates.unlimited(prior.place(np.full(len(prior.mean), side)))[i]))
+        for side in (-1.0, 1.0)
+    )
+    return f"; the case states {span(low, high, unit)} beforehand, one standard deviation to each side"
+
+
 def _look_alike(calibrator: Calibrator, mode: Mode, i: int) -> str:
     """The other unknown that makes up for this one, if one does."""
     sd = np.sqrt(np.diag(mode.covariance))
@@ -110,8 +126,9 @@ def reported(
 ) -> tuple[float, float]:
     """The 95 % interval that is reported with a value, one rule for every method, SI.
 
-    The whole range `limits` of a parameter that is not identified; else the `interval`, widened to the value where this
-    lies outside: the most probable value of a skew posterior may stand in a tail, most often at an end of the range.
+    The `limits` of a parameter that is not identified, its whole range; else the `interval`, widened to the value where
+    this lies outside: the most probable value of a skew posterior may stand in a tail, most often at an end of the
+    range.
     """
     if not identified:
         return limits
@@ -129,22 +146,23 @@ def emulator_estimates(
     produce the record nothing is identified.
 
     The most probable value with the posterior's central interval (linearised where none was drawn), widened to hold
-    it; a parameter that is not identified has its whole range.
+    it; a parameter that is not identified has its whole range, unless the case states a prior, which the posterior has.
     """
     coordinates = calibrator.coordinates
-    span, prior = posterior.interval() if posterior else intervals(modes), coordinates.prior_width()
+    stated, prior = coordinates.prior.stated, coordinates.prior.width()
+    ends = posterior.interval() if posterior else intervals(modes, stated)
     theta = modes[0].theta
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
         if not inside:
             estimates[name] = Estimate(float(theta[i]), None, dataset.units[i], False, OUTSIDE)
             continue
-        width = float(span[i, 1] - span[i, 0]) / float(prior[i])
+        width = float(ends[i, 1] - ends[i, 0]) / float(prior[i])
         identified = width < NEWS
-        why = reason(calibrator, modes, i, width, identified)
+        why = reason(calibrator, modes, i, width, identified) + _stated_prior(dataset, coordinates, i)
         low, high = float(dataset.lows[i]), float(dataset.highs[i])
-        found = (low + float(span[i, 0]) * (high - low), low + float(span[i, 1]) * (high - low))
-        interval = reported(float(theta[i]), found, (low, high), identified)
+        found = (low + float(ends[i, 0]) * (high - low), low + float(ends[i, 1]) * (high - low))
+        interval = reported(float(theta[i]), found, (low, high), identified or bool(stated[i]))
         estimates[name] = Estimate(float(theta[i]), interval, dataset.units[i], identified, why)
     return estimates
 

@@ -66,7 +66,7 @@ class Likelihood:
         density = np.full(len(p), -np.inf)
         if allowed.any():
             z, tau = z[allowed], tau[allowed]
-            prior = ((z - self.calibrator.coordinates.mean) / self.calibrator.coordinates.sd) ** 2
+            prior = self.calibrator.coordinates.prior.deviations(z) ** 2
             density[allowed] = self._log_likelihood(z, tau) - 0.5 * (prior.sum(axis=1) + tau**2)
         return density
 

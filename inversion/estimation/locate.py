@@ -10,15 +10,16 @@ import numpy as np
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import plain, span
+from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.progress import Progress
 from birdstrike.doe.designs.quality import Quality, weakest_quality
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.estimation.calibration import Calibrator
-from birdstrike.inversion.estimation.coordinates import carried_coordinates, parameter_coordinates
+from birdstrike.inversion.estimation.calibration import Calibrator, Mode
+from birdstrike.inversion.estimation.coordinates import Coordinates, carried_coordinates, parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import Columns, error_columns, poor
 from birdstrike.inversion.estimation.posterior import Sampling, sample
+from birdstrike.inversion.estimation.prior import conflicts
 from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.estimation.time_origin import time_origin
 from birdstrike.inversion.estimation.unseen_drift import with_drift
@@ -30,6 +31,7 @@ from birdstrike.inversion.observations.reader import stated_noise
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.ingredients import DesignFigures
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.settings import Prior
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from birdstrike.surrogate.inverse_network import HIDDEN, usual_copies
 
@@ -44,7 +46,7 @@ class InversionOptions:
     sampling: of the posterior, None for linearised intervals; analyse: directions, profiles and Sobol indices as well;
     hidden: neurons, None for a search; copies: noisy copies of every training run, None for the usual number; outputs:
     of the network, "bounded" by the ranges or "linear"; more_runs: the option by which the command that asks adds runs,
-    for messages.
+    for messages; priors: dotted key -> what the case states of a parameter beside its range.
     """
 
     trainer: str = "lm"
@@ -59,6 +61,7 @@ class InversionOptions:
     copies: int | None = None
     outputs: str = "bounded"
     more_runs: str = "--refine N"
+    priors: Mapping[str, Prior] = field(default_factory=dict)
 
     @property
     def noisy_copies(self) -> int:
@@ -71,8 +74,13 @@ class InversionOptions:
         return replace(self, method="emulator", sampling=None, analyse=False)
 
     def of_case(self, case: Case) -> InversionOptions:
-        """The same with the noise and the time origin that a case states."""
-        return replace(self, noise=stated_noise(case), time_offset=case.inversion.nuisance.get("time_offset", 0.0))
+        """The same with the noise, the time origin and the priors that a case states."""
+        return replace(
+            self,
+            noise=stated_noise(case),
+            time_offset=case.inversion.nuisance.get("time_offset", 0.0),
+            priors=case.priors,
+        )
 
     def methods(self) -> tuple[str, ...]:
         """The methods asked for; raises UserError."""
@@ -120,7 +128,7 @@ def locate(
     names = [c.name for c in observations.channels]
     emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
     carried = carried_coordinates(dataset, design.rank, _judged(dataset)[1]) if design.deficient else None
-    coordinates = carried or parameter_coordinates(dataset, emulator.regions)
+    coordinates = carried or parameter_coordinates(dataset, emulator.regions, choice.priors)
 
     def problem(t0: float) -> Calibrator:
         """With the errors of poorly predicted channels where a clock t0 [s] late has them."""
@@ -151,10 +159,30 @@ def locate(
     first += drifts
     first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
     first += posterior.warnings if posterior else ()
+    first += _of_priors(coordinates, choice, dataset, modes[0])
     odd = implausible(dataset, observations, choice.time_offset)
     warnings = (*first, *odd, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
     calibration = Calibration(dataset, design, calibrator, modes, found.inside, posterior)
     return Located(calibration, observations, origin, found, residual, warnings)
+
+
+def _of_priors(coordinates: Coordinates, choice: InversionOptions, dataset: Dataset, best: Mode) -> list[str]:
+    """Warnings about stated priors: contradicted by the record, or not used."""
+    if not choice.priors:
+        return []
+    names = " and ".join(plain(name, dataset.names) for name in choice.priors)
+    if not coordinates.prior.stated.any():
+        return [f"the prior of {names} is not used: the design varies combinations of the parameters alone"]
+
+    def shown(i: int, z: float) -> str:
+        value, unit = dataset.shown(i, float(dataset.lows[i] + z * (dataset.highs[i] - dataset.lows[i])))
+        return quantity(value, unit)
+
+    sd = np.sqrt(np.diag(best.covariance)[:-1])
+    found = conflicts(coordinates.prior, dataset.names, best.z, sd, shown)
+    if "network" in choice.methods():
+        found.append(f"the network does not know the prior of {names}: it knows the ranges alone")
+    return found
 
 
 def design_figures(dataset: Dataset) -> DesignFigures:

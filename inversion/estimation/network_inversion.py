@@ -93,7 +93,7 @@ def network_estimates(
 
     A parameter that is not identified has its whole range, as with the emulator.
     """
-    prior = coordinates.prior_width() * (dataset.highs - dataset.lows)
+    prior = coordinates.prior.width() * (dataset.highs - dataset.lows)
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
         interval, why = _interval(dataset, fit, answer, i) if inside else (None, OUTSIDE)

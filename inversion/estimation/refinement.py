@@ -105,7 +105,7 @@ def added_variance(calibrator: Calibrator, mode: Mode) -> float:
     Linearised at the best fit, prior included.
     """
     model, tau = calibrator.model, calibrator.tau(mode)
-    prior = np.diag(calibrator.coordinates.sd**-2.0)
+    prior = np.diag(calibrator.coordinates.prior.sd**-2.0)
     whole, least = (
         np.diag(np.linalg.inv(calibrator.data_information(mode.z, tau, whitening, mode.box) + prior))
         for whitening in (

@@ -116,11 +116,12 @@ def suffix(number: int) -> str:
 
 
 def joined(shots: Sequence[Shot], origins: Sequence[tuple[float, bool]] | None = None) -> Joint:
-    """The shots as one; raises UserError where their campaigns vary other parameters or other points.
+    """The shots as one; raises UserError where their campaigns vary other parameters or points, or priors differ.
 
     origins: each shot's time origin [s] and whether its own model can make it, where that is known.
     """
     dataset = _dataset(shots)
+    _refuse_other_priors(shots)
     offsets, inside = zip(*(origins or [own_origin(shot) for shot in shots]), strict=True)
     moved = [0.0, *(t0 - offsets[0] for t0 in offsets[1:])]  # onto the first one's clock, which is fitted
     measured = _measured([shot.measured for shot in shots], moved)
@@ -140,6 +141,18 @@ def joined(shots: Sequence[Shot], origins: Sequence[tuple[float, bool]] | None =
         figures,
         tuple(dict.fromkeys(said for shot in shots for said in shot.known_errors)),
     )
+
+
+def _refuse_other_priors(shots: Sequence[Shot]) -> None:
+    """Raises UserError where the cases of shots that share the parameters state other priors of them."""
+    first = shots[0].options.priors
+    for shot in shots[1:]:
+        own = shot.options.priors
+        if differing := [name for name in {**first, **own} if first.get(name) != own.get(name)]:
+            raise UserError(
+                f"the shots' cases state different priors of {', '.join(differing)}, but share the parameter: state "
+                f'the same inversion.parameters."{differing[0]}".prior in every case'
+            )
 
 
 def with_scatter(joint: Joint) -> tuple[Joint, float]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import truncnorm
 
 from birdstrike.data.histories import Array
 from birdstrike.data.progress import Progress
@@ -66,7 +65,7 @@ def coverage(
             progress((i + 1) / truths)
     means, spans = np.stack([f[0] for f in found]), np.stack([f[1] for f in found])
     held = (spans[..., 0] <= z) & (z <= spans[..., 1])
-    narrow = spans[..., 1] - spans[..., 0] < NEWS * calibrator.coordinates.prior_width()
+    narrow = spans[..., 1] - spans[..., 0] < NEWS * calibrator.coordinates.prior.width()
     return Coverage(
         "emulator" if forward is None else "solver",
         truths,
@@ -85,11 +84,10 @@ def coverage(
 
 def draw_truths(calibrator: Calibrator, many: int, rng: np.random.Generator) -> Array:
     """(many, r) draws from the truncated normal prior, where runs stand behind the emulator."""
-    coordinates = calibrator.coordinates
-    low, high = (0.0 - coordinates.mean) / coordinates.sd, (1.0 - coordinates.mean) / coordinates.sd
+    prior, whole = calibrator.coordinates.prior, np.array([[0.0], [1.0]])
     found: list[Array] = []
     while len(found) < many:
-        z = coordinates.mean + coordinates.sd * truncnorm.rvs(low, high, random_state=rng)
+        z = prior.draw(rng, whole, prior.mean.shape)
         if _box(calibrator, z) is not None:
             found.append(z)
     return np.stack(found)

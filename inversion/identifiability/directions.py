@@ -14,7 +14,7 @@ PART = 0.3  # of a direction: parameters with less in it are not named
 def directions(calibrator: Calibrator, mode: Mode) -> tuple[Direction, ...]:
     """All directions at a fit, the best determined first; the time origin and known errors are marginalised."""
     coordinates = calibrator.coordinates
-    scaled = calibrator.information(mode) * np.outer(coordinates.sd, coordinates.sd)
+    scaled = calibrator.information(mode) * np.outer(coordinates.prior.sd, coordinates.prior.sd)
     squares, vectors = np.linalg.eigh(scaled)
     names = _names(calibrator)
     return tuple(
@@ -30,9 +30,9 @@ def directions(calibrator: Calibrator, mode: Mode) -> tuple[Direction, ...]:
 def _names(calibrator: Calibrator) -> tuple[str, ...]:
     """Dotted keys, or the numbers of the combinations that a deficient design carries."""
     coordinates = calibrator.coordinates
-    if len(coordinates.mean) == len(coordinates.names):
+    if len(coordinates.basis) == len(coordinates.names):
         return coordinates.names
-    return tuple(f"combination {i + 1}" for i in range(len(coordinates.mean)))
+    return tuple(f"combination {i + 1}" for i in range(len(coordinates.basis)))
 
 
 def _sign(vector: np.ndarray) -> float:

@@ -29,4 +29,4 @@ def fisher(calibrator: Calibrator, z: Array, emulator_error: bool = False) -> Ar
 def bound(calibrator: Calibrator, truths: Array, emulator_error: bool = False) -> Array:
     """(r,) smallest root mean square error of z over the truths (t, r)."""
     mean = np.mean([fisher(calibrator, z, emulator_error) for z in truths], axis=0)
-    return np.sqrt(np.diag(np.linalg.inv(mean + np.diag(calibrator.coordinates.sd**-2.0))))
+    return np.sqrt(np.diag(np.linalg.inv(mean + np.diag(calibrator.coordinates.prior.sd**-2.0))))

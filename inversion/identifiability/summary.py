@@ -34,7 +34,7 @@ def posterior_figures(posterior: Posterior, coordinates: Coordinates) -> Posteri
     rows = np.column_stack([posterior.theta, posterior.t0])[:, : len(names)]
     low, high = np.quantile(rows, [0.025, 0.975], axis=0)
     sd = rows.std(axis=0)
-    prior = coordinates.prior_sd() * np.abs(np.diag(coordinates.basis))
+    prior = coordinates.prior.truncated_sd() * np.abs(np.diag(coordinates.basis))
     best = np.append(posterior.mode.theta, posterior.mode.t0)[: len(names)]
     correlation = posterior.correlation()[: len(names), : len(names)]
     return PosteriorFigures(

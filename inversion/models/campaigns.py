@@ -6,7 +6,7 @@ A shot enters as its record with its case; the campaign leaves as a shot of the 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -152,6 +152,7 @@ class ModelRuns:
         nuisances = NuisanceRuns(solver, case_nuisances(case))
         shares = stated_discrepancy(case, setup.measured.channels, None)
         options = InversionOptions(seed=self.options.seed, more_runs="--runs N").fit_alone.of_case(case)
+        options = replace(options, priors=self.scale.priors(case.priors))
 
         def columns(observations: Observations, mode: Mode) -> Array:
             parts = [nuisances.columns(observations, mode, dataset)]

@@ -245,4 +245,5 @@ def _sought(parameter: Parameter | None) -> str:
     """How a case seeks a constant, in words."""
     if parameter is None:
         return "not sought"
-    return f"sought in {span(parameter.low, parameter.high, parameter.unit, 6)} ({parameter.scale})"
+    known = f", {parameter.prior_words}" if parameter.prior else ""
+    return f"sought in {span(parameter.low, parameter.high, parameter.unit, 6)} ({parameter.scale}){known}"

@@ -16,7 +16,9 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress
 from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.forward import Forward, watched
+from birdstrike.solver.case.settings import Prior
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +46,15 @@ class Scale:
             },
             scales=(),
         )
+
+    def priors(self, stated: Mapping[str, Prior]) -> dict[str, Prior]:
+        """Priors as the estimation sees them."""
+        seen, log = NormalPrior.of(stated, self.space), self.space.logarithmic
+        return {
+            name: Prior(mean=float(seen.mean[i]), sd=float(seen.sd[i])) if log[i] else stated[name]
+            for i, name in enumerate(self.space.names)
+            if name in stated
+        }
 
     def physical(self, theta: Array) -> Array:
         """SI values (n, k) of what the estimation found (n, k)."""

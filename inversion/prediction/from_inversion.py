@@ -18,7 +18,7 @@ from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
-from birdstrike.inversion.estimation.coordinates import UNIFORM_SD
+from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.estimation.shots import suffix
 from birdstrike.inversion.prediction.learnt import (
     Explanation,
@@ -114,21 +114,20 @@ def _posterior(folder: Path, found: Inversion, case: Case) -> tuple[tuple[str, .
     space, kept = ParameterSpace.of_case(case), folder / "emulator.npz"
     own = method == "emulator" and kept.is_file()  # a network seeks over the whole ranges
     searched = read_region(kept) if own else np.stack([space.lows, space.highs])
-    return space.names, rough_draws(space, answer.parameters, searched, found.seed), text, [f"{text}; {remedy}"]
+    prior = NormalPrior.of(case.priors, space)
+    return space.names, rough_draws(space, answer.parameters, searched, prior, found.seed), text, [f"{text}; {remedy}"]
 
 
-def rough_draws(space: ParameterSpace, estimates: Mapping[str, Estimate], searched: Array, seed: int) -> Array:
+def rough_draws(
+    space: ParameterSpace, estimates: Mapping[str, Estimate], searched: Array, prior: NormalPrior, seed: int
+) -> Array:
     """(n, k) independent draws, SI, inside the box (2, k) in which an answer was sought.
 
     Normal from value and 95 % interval where the parameter is identified, else from the prior in the scale of the
-    range: its middle and range/sqrt(12).
+    range.
     """
     rng = np.random.default_rng(seed)
-    ends = space.to_unit(searched)
-    free = (ends - 0.5) / UNIFORM_SD
-    shape = (DRAWN, len(space.names))
-    shares = np.asarray(truncnorm.rvs(*free, 0.5, UNIFORM_SD, size=shape, random_state=rng), dtype=np.float64)
-    draws = space.to_physical(shares)
+    draws = space.to_physical(prior.draw(rng, space.to_unit(searched), (DRAWN, len(space.names))))
     for j, name in enumerate(space.names):
         value, interval = estimates[name].value, estimates[name].interval_95
         if not estimates[name].identified or value is None or interval is None:

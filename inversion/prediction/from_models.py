@@ -14,6 +14,7 @@ from birdstrike.data.formatting import listing
 from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
+from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.models.ranking import misses
 from birdstrike.inversion.models.results import COMPARISON, ModelAnswer, ModelComparison, read_comparison
@@ -122,7 +123,8 @@ def _rough(folder: Path, model: ModelAnswer, case: Case) -> pd.DataFrame:
     """Where no sample is stored; case: with the ranges."""
     space = ParameterSpace.of_case(case)
     searched = Scale(space).physical(read_region(_present(folder.parent, folder / "emulator.npz")))
-    return pd.DataFrame(rough_draws(space, model.parameters, searched, 0), columns=list(space.names))
+    prior = NormalPrior.of(case.priors, space)
+    return pd.DataFrame(rough_draws(space, model.parameters, searched, prior, 0), columns=list(space.names))
 
 
 def _errors(folder: Path, shot: str, models: list[str], case: Case) -> dict[str, SensorError]:

@@ -51,7 +51,7 @@ def _table(results: InversionResults, rows: list[ParameterRow]) -> Table:
         (
             *(_named(row, rows) if method == results.best else ("", "")),
             method,
-            *_estimate(results.inversion.methods[method].parameters[row.name]),
+            *_estimate(results.inversion.methods[method].parameters[row.name], row),
         )
         for row in rows
         for method in results.finished
@@ -67,11 +67,12 @@ def _named(row: ParameterRow, rows: list[ParameterRow]) -> tuple[str, str]:
     return label, f"{bound(row.low, row.unit)} to {bound(row.high, row.unit)}"
 
 
-def _estimate(estimate: Estimate) -> tuple[str, str, str, str]:
-    """Value, interval, identified, reason."""
-    if not estimate.identified or estimate.value is None:
-        return "–", "whole range", "no", estimate.reason
+def _estimate(estimate: Estimate, row: ParameterRow) -> tuple[str, str, str, str]:
+    """Value, interval, identified, reason; the interval of what is not identified is its range or its stated prior."""
     interval = "–"
     if estimate.interval_95 is not None:
         interval = " to ".join(quantity(end, estimate.unit) for end in estimate.interval_95)
+    if not estimate.identified or estimate.value is None:
+        narrower = estimate.interval_95 not in (None, (row.low, row.high))
+        return "–", interval if narrower else "whole range", "no", estimate.reason
     return quantity(estimate.value, estimate.unit), interval, "yes", estimate.reason

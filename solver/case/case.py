@@ -14,7 +14,7 @@ from typing import Annotated, Any
 from pydantic import Field, PrivateAttr, ValidationError, field_validator
 
 from birdstrike.data.errors import CaseError
-from birdstrike.data.formatting import many
+from birdstrike.data.formatting import many, quantity
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
@@ -34,7 +34,7 @@ from birdstrike.solver.case.overlay import Raw, at, overlay
 from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
-from birdstrike.solver.case.settings import DiagnosisSettings, InversionSettings, SolverSettings
+from birdstrike.solver.case.settings import DiagnosisSettings, InversionSettings, Prior, SolverSettings
 from birdstrike.solver.case.target import Target, parts_of_mesh, with_envelope
 from birdstrike.solver.effects.effect import SECTIONS
 from birdstrike.solver.effects.registry import EFFECTS, effect_named, kind_of
@@ -46,13 +46,21 @@ from birdstrike.solver.sensors.sensor import Sensor, TargetNames
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter that an inversion seeks: dotted case key, limits in SI, SI unit, scale of its designs."""
+    """A parameter that an inversion seeks: dotted case key, limits in SI, SI unit, scale of its designs, prior."""
 
     name: str
     low: float
     high: float
     unit: str
     scale: str = "linear"
+    prior: Prior | None = None
+
+    @property
+    def prior_words(self) -> str:
+        """The stated prior as a reader has it."""
+        if self.prior is None:
+            return ""
+        return f"prior {quantity(self.prior.mean, self.unit)} ± {quantity(self.prior.sd, self.unit)}"
 
 
 class Case(Section):
@@ -107,8 +115,13 @@ class Case(Section):
 
     def parameters(self) -> tuple[Parameter, ...]:
         """What an inversion seeks, in the order of the file."""
-        entries = ((name, entry, quantity_at(name)) for name, entry in self.inversion.parameters.items())
-        return tuple(Parameter(name, *e.range, mark.unit, e.scale) for name, e, mark in entries if mark is not None)
+        entries = ((name, one, quantity_at(name)) for name, one in self.inversion.parameters.items())
+        return tuple(Parameter(name, *e.range, u.unit, e.scale, e.prior) for name, e, u in entries if u is not None)
+
+    @property
+    def priors(self) -> dict[str, Prior]:
+        """What is stated of parameters beside their ranges, by dotted key."""
+        return {one.name: one.prior for one in self.parameters() if one.prior is not None}
 
     def with_values(self, values: Mapping[str, float]) -> Case:
         """The case with SI values under dotted keys, validated anew; raises CaseError."""

@@ -13,7 +13,7 @@ from birdstrike.data.units import UnitError, share
 from birdstrike.solver.bird.model_names import table_of
 from birdstrike.solver.case.external import Text
 from birdstrike.solver.case.sections import quantities, quantity_at
-from birdstrike.solver.fields import Between, Count, Later, OneOf, Section, complaint, each_of
+from birdstrike.solver.fields import Between, Count, OneOf, Section, complaint, each_of
 from birdstrike.solver.registry import errors_of
 
 MATERIAL = "bird.material."
@@ -51,16 +51,25 @@ class SolverSettings(Section):
     smallest_step: Annotated[float, Between(0.02, 0.9)] = 0.25
 
 
+class Prior(Section):
+    """What is known of a parameter beside its range: a normal distribution, mean and standard deviation in SI."""
+
+    mean: float
+    sd: float
+
+
 class Inverted(Section):
     """A parameter to be found: key (dotted, filled in by its parent) and range, the SI limits of the search.
 
     scale: in which a design spreads its runs over the range; logarithmic for one that spans decades.
+    prior: what else is known of it, cut off at the range; absent: a normal one about the middle of the range with its
+    standard deviation, range/sqrt(12).
     """
 
     key: str
     range: tuple[float, float]
     scale: Annotated[str, OneOf(("linear", "logarithmic"))] = "linear"
-    prior: Annotated[None, Later("the range alone bounds a parameter")] = None
+    prior: Prior | None = None
 
     @field_validator("range", mode="before")
     @classmethod
@@ -84,6 +93,23 @@ class Inverted(Section):
         if value == "logarithmic" and low * high <= 0.0:
             raise complaint("needs a range on one side of 0, such as from a thousandth of its upper limit")
         return value
+
+    @field_validator("prior", mode="before")
+    @classmethod
+    def _prior_in_the_unit_of_the_parameter(cls, value: Any, info: ValidationInfo) -> Any:
+        mark, limits = quantity_at(info.data["key"]), info.data.get("range")
+        if value is None or mark is None or limits is None:
+            return None
+        low, high = limits
+        if not isinstance(value, dict) or set(value) != set(Prior.model_fields):
+            middle, fifth = mark.written(0.5 * (low + high)), mark.written(0.2 * (high - low))
+            raise complaint(f"must be a mean and a standard deviation such as {{ mean = {middle}, sd = {fifth} }}")
+        found = each_of(value, lambda _, entry: mark.si(entry))
+        if not low <= found["mean"] <= high:
+            raise complaint(f"has its mean outside the range, {mark.display(low)} .. {mark.display(high)}")
+        if not found["sd"] > 0.0:
+            raise complaint("has a standard deviation that is not above 0; to fix the value, state it in the case")
+        return found
 
 
 def _not_sought(key: str) -> str:
@@ -136,7 +162,7 @@ class InversionSettings(Section):
         if not isinstance(value, dict):
             return value
         if any(isinstance(entry, dict) and "key" in entry for entry in value.values()):
-            raise complaint('has an entry with a key named "key"; known here: range, scale')
+            raise complaint('has an entry with a key named "key"; known here: range, scale, prior')
         return {key: {"key": key} | entry if isinstance(entry, dict) else entry for key, entry in value.items()}
 
     @field_validator("models", mode="before")

@@ -55,6 +55,7 @@ from birdstrike.inversion.diagnosis.system import (
     _trends,
     lattice_columns,
 )
+from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.run_scatter import common_factors
@@ -88,7 +89,8 @@ def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
     at["lattice"] = slice(5 + EFFECTS, 5 + EFFECTS)
     block = Block.of("displacement", np.arange(POINTS), F, U)
     smooth = {"displacement": 50.0 * np.exp(-np.abs(t[:, None] - t) / 0.05)}
-    return System((block,), smooth, columns, at, np.zeros(2), ("shots",), np.eye(POINTS), {}, np.ones(2), {})
+    priors = {"shots": NormalPrior.of_ranges(2)}
+    return System((block,), smooth, columns, at, np.zeros(2), priors, np.eye(POINTS), {}, np.ones(2), {})
 
 
 def log_density(y: np.ndarray, C: np.ndarray) -> float:
@@ -140,7 +142,8 @@ def test_evidence_of_two_birds_is_the_marginal_likelihood_at_every_node() -> Non
         [one.columns[:, :1], np.where(first, J, 0.0), np.where(first, 0.0, J), one.columns[:, 3:]]
     )
     at = {name: slice(own.start + 2, own.stop + 2) for name, own in one.at.items() if name not in ("y", "J")}
-    two = replace(one, columns=columns, at={"y": slice(0, 1), "J": slice(1, 5), **at}, dz=dz, names=("a", "b"))
+    priors = dict.fromkeys("ab", NormalPrior.of_ranges(2))
+    two = replace(one, columns=columns, at={"y": slice(0, 1), "J": slice(1, 5), **at}, dz=dz, priors=priors)
     tester, model = ModelTester(two, known(np.array([0.05, 0.2])), unnamed=(0.1, 0.3)), models()[NONE]
     whole, y = columns[:, 1:5], columns[:, 0]
     expected, held = list[float](), list[float]()
@@ -521,7 +524,8 @@ def test_a_baseline_of_the_same_discrepancy_finds_what_a_lone_shot_cannot() -> N
         columns = np.column_stack(
             [y, np.concatenate([np.ones(POINTS), np.zeros(POINTS)]), np.concatenate([g, 0.0 * g])]
         )[rows]
-        s = System((block,), {}, columns, at, np.zeros(1), ("shots",), np.eye(len(rows)), {}, np.ones(1), {})
+        priors = {"shots": NormalPrior.of_ranges(1)}
+        s = System((block,), {}, columns, at, np.zeros(1), priors, np.eye(len(rows)), {}, np.ones(1), {})
         tester = ModelTester(s, known(np.array([0.5])))
         return tester.model(models()["e0"]).log_evidence - tester.model(models()[NONE]).log_evidence
 
@@ -773,8 +777,9 @@ def two_birds(shift: float) -> System:
     at = {"y": slice(0, 1), "J": slice(1, 3), "unnamed": slice(3, 3), "nuisance": slice(3, 3)}
     at["lattice"] = slice(3, 3)
     block = Block.of("displacement", np.arange(2 * POINTS), np.eye(2 * POINTS), np.eye(2 * POINTS))
-    columns, groups, eye = np.column_stack([y, J]), ("shots", "baseline"), np.eye(2 * POINTS)
-    return System((block,), {}, columns, at, np.zeros(2), groups, eye, {}, np.ones(1), {})
+    columns, eye = np.column_stack([y, J]), np.eye(2 * POINTS)
+    priors = {name: NormalPrior.of_ranges(1) for name in ("shots", "baseline")}
+    return System((block,), {}, columns, at, np.zeros(2), priors, eye, {}, np.ones(1), {})
 
 
 @pytest.mark.parametrize(("shift", "bird"), [(0.0, "same"), (0.1, "recipe"), (1.0, "other")])
@@ -812,9 +817,8 @@ def test_records_contradict_a_stated_bird_that_they_make_unlikely(stated: str, e
 
 def test_a_diagnosis_says_that_shells_of_a_file_are_not_refined(tmp_path: Path) -> None:
     case = load_case(table_with(written(tmp_path / "panel.inp")))
-    setup = SimpleNamespace(
-        plan=SimpleNamespace(case=case, lattices=dict), left_out=(), lattice_moves={}, channels=(), learnt={}
-    )
+    plan = SimpleNamespace(case=case, lattices=dict, space=None, prior=NormalPrior.of_ranges(1))
+    setup = SimpleNamespace(plan=plan, left_out=(), lattice_moves={}, channels=(), learnt={})
     shot: Any = SimpleNamespace(name="a", setup=setup, nuisances={}, record=SimpleNamespace(warnings=()))
     pipeline: Any = Pipeline((shot,), Baselines(()), DiagnosisOptions(), None)  # pyright: ignore[reportArgumentType]
     ranking: Any = SimpleNamespace(problem=SimpleNamespace(known=SimpleNamespace(source=STATED)), same_bird=None)

@@ -1,4 +1,4 @@
-"""A formula in the solver's place: late and slow, alike to first order, are told apart; runs near the fits."""
+"""A formula in the solver's place: late and slow, alike to first order, are told apart; runs near the fits; priors."""
 
 from __future__ import annotations
 
@@ -65,12 +65,14 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("late_and_slow") / "first"
 
 
-def diagnosed(simulated: Path, out: Path, measured: Measured, options: DiagnosisOptions | None = None) -> Diagnosis:
+def diagnosed(
+    simulated: Path, out: Path, measured: Measured, options: DiagnosisOptions | None = None, case: Case | None = None
+) -> Diagnosis:
     """With the first call's simulations at hand."""
     place, further = (out, simulated) if simulated.exists() else (simulated, None)
     with few_simulations(sought=("plate_thickness", "impact_speed")) as patch:
         patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
-        return diagnose(tiny(), measured, place, doe=further, options=options)
+        return diagnose(case or tiny(), measured, place, doe=further, options=options)
 
 
 @pytest.mark.parametrize(
@@ -110,3 +112,34 @@ def test_runs_near_the_fits_are_added_while_the_emulator_counts(simulated: Path,
 def test_a_budget_that_is_none_is_refused(tmp_path: Path, refine: int | str) -> None:
     with pytest.raises(UserError, match="give the number of runs that may be added"):
         diagnose(tiny(), shot({}), tmp_path, options=DiagnosisOptions(refine=refine))
+
+
+VISCOSITY = "bird.material.viscosity"
+
+
+def with_prior(mean: float, sd: float) -> Case:
+    """The rig with what is known of the bird's viscosity [Pa s]."""
+    known = {"range": ["100 Pa s", "1000 Pa s"], "prior": {"mean": f"{mean} Pa s", "sd": f"{sd} Pa s"}}
+    return tiny().overlaid({"inversion": {"parameters": {VISCOSITY: known}}})
+
+
+def test_a_stated_prior_is_weighed_as_one_more_measurement(simulated: Path, tmp_path: Path) -> None:
+    """Normal record and normal prior: precisions add up, the mean is the weighted one; the record's part is found from
+    the answer without the prior, whose own is range/sqrt(12) about the middle."""
+    alone = diagnosed(simulated, tmp_path / "alone", shot({})).before.parameters[VISCOSITY]
+    known = diagnosed(simulated, tmp_path / "known", shot({}), case=with_prior(460.0, 30.0))
+    low, high = alone["interval_95"]
+    posterior, usual = ((high - low) / 3.92) ** -2.0, (900.0 / np.sqrt(12.0)) ** -2.0
+    record = posterior - usual
+    said = (posterior * alone["value"] - usual * 550.0) / record
+    both = record + 30.0**-2.0
+    found = known.before.parameters[VISCOSITY]
+    low, high = found["interval_95"]
+    assert found["value"] == pytest.approx((record * said + 460.0 / 30.0**2) / both, abs=0.5 * both**-0.5)
+    assert high - low == pytest.approx(3.92 * both**-0.5, rel=0.25)
+    assert not any("contradicts the stated prior" in line for line in known.warnings)
+
+
+def test_a_prior_that_the_record_contradicts_is_told(simulated: Path, tmp_path: Path) -> None:
+    found = diagnosed(simulated, tmp_path / "out", shot({}), case=with_prior(990.0, 20.0))
+    assert any(line.startswith("viscosity: the record contradicts the stated prior") for line in found.warnings)

@@ -142,4 +142,4 @@ def dataset_with(name: str, lows: np.ndarray, highs: np.ndarray) -> Dataset:
 def test_prior_width_is_that_of_draws_kept_inside_the_range(dataset: Dataset, emulator: Emulator) -> None:
     draws = np.random.default_rng(0).normal(0.5, np.sqrt(1.0 / 12.0), 400_000)
     low, high = np.quantile(draws[(draws > 0.0) & (draws < 1.0)], [0.025, 0.975])
-    assert parameter_coordinates(dataset, emulator.regions).prior_width() == pytest.approx(high - low, abs=3e-3)
+    assert parameter_coordinates(dataset, emulator.regions).prior.width() == pytest.approx(high - low, abs=3e-3)

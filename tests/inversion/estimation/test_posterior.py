@@ -48,7 +48,7 @@ def test_density_is_that_of_the_full_gaussian(dataset: Dataset, emulator: Emulat
         covariance = np.diag(model.noise_at(modes[0].t0) ** 2) + factor @ factor.T
         curve = model.curves(model.scores(theta[None]), p[-1] * sigma)[0]
         likelihood = multivariate_normal.logpdf(model.observations.values, curve, covariance)  # pyright: ignore[reportArgumentType]
-        prior = ((p[:-1] - problem.coordinates.mean) / problem.coordinates.sd) ** 2
+        prior = problem.coordinates.prior.deviations(p[:-1]) ** 2
         expected.append(likelihood - 0.5 * (prior.sum() + p[-1] ** 2))
     np.testing.assert_allclose(found - found[0], np.array(expected) - expected[0], atol=2e-2)
 

@@ -13,6 +13,7 @@ from scipy.stats import truncnorm
 from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
+from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.prediction.answer import share_of
 from birdstrike.inversion.prediction.carry_over import carried_effects, drawn_instead, refuse_another_bird, same_sensor
 from birdstrike.inversion.prediction.discrepancy import realisations
@@ -23,6 +24,7 @@ from birdstrike.inversion.prediction.predict import tears
 from birdstrike.inversion.prediction.sample import draw, shares_of, tolerances_of
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.solver.case.case import Case, case_from_table, load_case
+from birdstrike.solver.case.settings import Prior
 from tests.inversion.diagnosis.rig import tiny
 
 TIME = np.linspace(0.0, 0.9e-3, 91)
@@ -261,7 +263,7 @@ def test_rough_draws_keep_to_where_an_answer_was_sought() -> None:
     middle, width = space.lows[0] + 0.4 * np.ptp(ranges[:, 0]), 0.1 * np.ptp(ranges[:, 0])
     estimates = {name: Estimate(float(space.lows[j]), None, "", False, "") for j, name in enumerate(space.names)}
     estimates[known] = Estimate(float(middle), (middle - width, middle + width), "", True, "")
-    draws = rough_draws(space, estimates, searched, 0)
+    draws = rough_draws(space, estimates, searched, NormalPrior.of_ranges(len(space.names)), 0)
     assert (draws >= searched[0]).all()
     assert (draws <= searched[1]).all()
     assert draws[:, 0].mean() == pytest.approx(middle, abs=float(0.2 * width))
@@ -275,7 +277,13 @@ def test_rough_draws_keep_to_where_an_answer_was_sought() -> None:
     assert shares.std(axis=0) == pytest.approx(np.full(len(vague), truncnorm.std(low, high, 0.5, 12.0**-0.5)), rel=0.1)
     end = float(space.highs[0])
     estimates[known] = Estimate(end, (end, end), "", True, "")
-    assert (rough_draws(space, estimates, ranges, 0)[:, 0] == space.highs[0]).all(), "an interval without width"
+    mean, sd = space.lows[1] + np.ptp(ranges[:, 1]) * np.array([0.4, 0.05])
+    sd -= space.lows[1]
+    stated = NormalPrior.of({vague[0]: Prior(mean=float(mean), sd=float(sd))}, space)
+    draws = rough_draws(space, estimates, ranges, stated, 0)
+    assert (draws[:, 0] == space.highs[0]).all(), "an interval without width"
+    assert draws[:, 1].mean() == pytest.approx(mean, abs=0.1 * sd)
+    assert draws[:, 1].std() == pytest.approx(sd, rel=0.1)
 
 
 def test_draws_of_the_angle_stay_within_its_range_at_normal_impact() -> None:

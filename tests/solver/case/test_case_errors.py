@@ -7,12 +7,11 @@ from pathlib import Path
 import pytest
 
 from birdstrike.data.errors import CaseError
-from birdstrike.solver.case.case import load_case
+from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.case.sections import quantities
+from birdstrike.solver.case.settings import Prior
 from birdstrike.solver.fields import Between
 from tests.solver.case.wrong_cases import errors_with
-
-LATER = "is not available in this version"
 
 QUANTITIES = [
     ("plate.thickness", "2 m", "~ = 2 m is outside 0.1 mm .. 50 mm; millimetres?"),
@@ -134,9 +133,33 @@ def test_a_wrong_nuisance_is_named_with_its_value() -> None:
 
 def test_a_parameters_entry_holds_nothing_but_its_range() -> None:
     (line,) = errors_with({'inversion.parameters."bird.material.viscosity".key': "plate.thickness"})
-    assert line == 'inversion.parameters has an entry with a key named "key"; known here: range, scale'
-    (line,) = errors_with({'inversion.parameters."bird.material.viscosity".prior': "1 Pa s"})
-    assert line.endswith(f".prior = 1 Pa s {LATER}; the range alone bounds a parameter")
+    assert line == 'inversion.parameters has an entry with a key named "key"; known here: range, scale, prior'
+
+
+@pytest.mark.parametrize(
+    ("prior", "complaint"),
+    [
+        ('"1 Pa s"', 'must be a mean and a standard deviation such as { mean = "600 Pa s", sd = "240 Pa s" }'),
+        ('{ mean = "300 Pa s" }', 'must be a mean and a standard deviation such as { mean = "600 Pa s", sd = '),
+        ('{ mean = "1300 Pa s", sd = "80 Pa s" }', "has its mean outside the range, 0 Pa s .. 1200 Pa s"),
+        ('{ mean = "300 Pa s", sd = "0 Pa s" }', "has a standard deviation that is not above 0; to fix the value, "),
+        ('{ mean = "300 Pa s", sd = "80 mm" }', '.prior.sd = 80 mm is not understood: "80 mm" is not in a unit'),
+        ('{ mean = 300, sd = "80 Pa s" }', '.prior.mean = 300 has no unit; write "300 Pa s"'),
+    ],
+)
+def test_a_wrong_prior_is_named_with_a_remedy(prior: str, complaint: str) -> None:
+    sought = 'inversion.parameters."bird.material.viscosity"'
+    (line,) = errors_with({f"{sought}.range": '["0 Pa s", "1200 Pa s"]', f"{sought}.prior": prior})
+    assert ".prior" in line
+    assert complaint in line
+
+
+def test_a_priors_standard_deviation_needs_not_lie_in_the_keys_own_range() -> None:
+    """A density is at least 100 kg/m^3, its standard deviation is not; and a history does not hang on either."""
+    stated = {"range": ["900 kg/m^3", "1000 kg/m^3"], "prior": {"mean": "950 kg/m^3", "sd": "10 kg/m^3"}}
+    case = load_case("reference_strike_156mm", {'inversion.parameters."bird.density"': stated})
+    assert case.priors["bird.density"] == Prior(mean=950.0, sd=10.0)
+    assert case_hash(case) == case_hash(load_case("reference_strike_156mm"))
 
 
 def test_every_wrong_nuisance_and_every_wrong_limit_is_named() -> None:

@@ -1,0 +1,133 @@
+"""What a case states of a parameter is weighed as one more measurement of it, and told where the record disagrees."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import UserError
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.estimation.calibration import Calibrator
+from birdstrike.inversion.estimation.coordinates import parameter_coordinates
+from birdstrike.inversion.estimation.curve_model import CurveModel
+from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
+from birdstrike.inversion.estimation.posterior import Sampling, sample
+from birdstrike.inversion.estimation.prior import NormalPrior
+from birdstrike.inversion.estimation.shots import Shot, joined
+from birdstrike.inversion.invert import invert
+from birdstrike.inversion.models.scaled import Scale
+from birdstrike.inversion.observations.observations import observe
+from birdstrike.solver.case.settings import Prior
+from birdstrike.surrogate.emulator import Emulator
+from tests.inversion import eroding
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIMES, forward, record, truth
+
+DAMPING = NAMES[2]
+SHARE = (0.4, 0.6, 0.45, 0.5)
+NOISE = 2e-4
+
+
+def known(mean: float, sd: float) -> dict[str, Prior]:
+    """A prior of the damping, in fractions of its range."""
+    low, high = LOWS[2], HIGHS[2]
+    return {DAMPING: Prior(mean=low + mean * (high - low), sd=sd * (high - low))}
+
+
+def problem(dataset: Dataset, emulator: Emulator, stated: dict[str, Prior]) -> Calibrator:
+    observations = observe(record(truth(SHARE)), dataset, {CHANNEL: NOISE})
+    coordinates = parameter_coordinates(dataset, emulator.regions, stated)
+    return Calibrator(CurveModel(emulator, observations), coordinates, 0.0)
+
+
+def test_precisions_of_record_and_prior_add_up(dataset: Dataset, emulator: Emulator) -> None:
+    """Two normal distributions: the precision is their sum and the mean the one weighted by them."""
+    alone = problem(dataset, emulator, {}).fit()[0]
+    P = np.linalg.inv(alone.covariance[:-1, :-1])
+    sd = float(np.sqrt(alone.covariance[2, 2]))
+    told = problem(dataset, emulator, known(SHARE[2] + sd, 0.5 * sd)).fit()[0]
+    more = np.zeros((4, 4))
+    more[2, 2] = (0.5 * sd) ** -2.0 - 12.0
+    right = P @ alone.z
+    right[2] += (SHARE[2] + sd) * (0.5 * sd) ** -2.0 - 0.5 * 12.0
+    expected = np.linalg.inv(P + more)
+    assert told.z == pytest.approx(expected @ right, abs=0.1 * sd)
+    assert np.sqrt(np.diag(told.covariance)[:-1]) == pytest.approx(np.sqrt(np.diag(expected)), rel=0.05)
+
+
+def test_the_draws_have_the_same_prior_as_the_fit(dataset: Dataset, emulator: Emulator) -> None:
+    told = problem(dataset, emulator, known(0.5, 0.03))
+    modes = told.fit()
+    drawn = sample(told, modes, sampling=Sampling(chunk=400, most=1200))
+    assert drawn.z[:, 2].mean() == pytest.approx(modes[0].z[2], abs=0.006)
+    assert drawn.z[:, 2].std() == pytest.approx(np.sqrt(modes[0].covariance[2, 2]), rel=0.15)
+
+
+def located(dataset: Dataset, emulator: Emulator, stated: dict[str, Prior], method: str = "emulator") -> Located:
+    options = InversionOptions(method=method, noise={CHANNEL: NOISE}, sampling=None, analyse=False, priors=stated)
+    return locate(dataset, record(truth(SHARE), noise=NOISE), options, emulator, lambda _: None)
+
+
+@pytest.mark.parametrize(("mean", "sd", "contradicted"), [(0.5, 0.1, False), (0.95, 0.04, True)])
+def test_a_prior_that_the_record_contradicts_is_told(
+    dataset: Dataset, emulator: Emulator, mean: float, sd: float, contradicted: bool
+) -> None:
+    lines = [line for line in located(dataset, emulator, known(mean, sd)).warnings if "stated prior" in line]
+    assert bool(lines) is contradicted
+    if contradicted:
+        assert lines[0].startswith("damping: the record contradicts the stated prior: with it the answer is ")
+        assert "prior's mean, 0.24, as is to be expected" in lines[0]
+
+
+def test_who_states_a_prior_hears_that_the_network_does_not_know_it(dataset: Dataset, emulator: Emulator) -> None:
+    said = "the network does not know the prior of damping: it knows the ranges alone"
+    assert said in located(dataset, emulator, known(0.5, 0.1), "both").warnings
+    assert said not in located(dataset, emulator, known(0.5, 0.1)).warnings
+    assert said not in located(dataset, emulator, {}, "both").warnings
+
+
+def test_what_the_record_does_not_tell_has_the_stated_prior_as_its_interval() -> None:
+    """Tension erosion is off, no value of it changes the curve: it is not identified."""
+    runs = eroding.campaign()
+    tension = eroding.NAMES[1]
+    values = np.interp(TIMES, eroding.TIME, eroding.curve(np.array([600.0, 0.4, 0.5])))
+    values = values + 3e-5 * np.random.default_rng(0).normal(size=len(TIMES))
+    measured = replace(record(truth(0.5)), channels={CHANNEL: values})
+    options = InversionOptions(sampling=None, analyse=False, method="emulator", noise={CHANNEL: 3e-5})
+    stated = replace(options, priors={tension: Prior(mean=0.5, sd=0.1)})
+    free, told = (
+        invert(runs, measured, eroding.forward, one).inversion.methods["emulator"].parameters[tension]
+        for one in (options, stated)
+    )
+    assert free.interval_95 == pytest.approx((runs.lows[1], runs.highs[1]))
+    assert not told.identified
+    assert told.interval_95 == pytest.approx((0.304, 0.696), abs=5e-3)
+    assert told.reason.endswith("; the case states 0.4 .. 0.6 beforehand, one standard deviation to each side")
+
+
+def test_shots_that_share_a_bird_share_its_prior(dataset: Dataset) -> None:
+    options = InversionOptions(method="emulator", noise={CHANNEL: NOISE}, sampling=None, analyse=False)
+    shots = [
+        Shot(dataset, record(truth(SHARE)), forward, replace(options, priors=stated))
+        for stated in (known(0.5, 0.1), known(0.5, 0.2))
+    ]
+    with pytest.raises(UserError, match=r"different priors of pulse.damping"):
+        joined(shots)
+
+
+def test_a_prior_in_a_logarithmic_scale_is_relative() -> None:
+    """200 +- 20 of 10 .. 1000: the fraction of the logarithm, and a tenth of a logarithm's unit of two decades."""
+    space = ParameterSpace(("a", "b"), ("Pa s", ""), np.array([10.0, 0.0]), np.array([1e3, 2.0]), ("logarithmic", ""))
+    stated = {"a": Prior(mean=200.0, sd=20.0), "b": Prior(mean=0.5, sd=0.1)}
+    found = NormalPrior.of(stated, space)
+    assert found.mean == pytest.approx([np.log10(20.0) / 2.0, 0.25])
+    assert found.sd == pytest.approx([0.1 / np.log(100.0), 0.05])
+    step = 1e-6 * (space.highs - space.lows)
+    at = np.array([200.0, 0.5])
+    slope = (space.to_unit((at + step)[None]) - space.to_unit((at - step)[None]))[0] / (2.0 * step)
+    assert space.slopes(at) == pytest.approx(slope, rel=1e-6)
+    seen = Scale(space).priors(stated)
+    assert (seen["a"].mean, seen["a"].sd) == pytest.approx((found.mean[0], found.sd[0]))
+    assert seen["b"] == stated["b"]
