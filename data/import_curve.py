@@ -19,14 +19,26 @@ from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import reader_of
 from birdstrike.data.tables.csv_table import NAME, Column, CsvTable
 from birdstrike.data.tables.loose_table import SIGMA, Head, LooseTable, SeveralColumns, read_loose_table
-from birdstrike.data.units import factor, meant, parts, ratio, scaled, si_unit, to_si
+from birdstrike.data.units import dimension, factor, meant, parts, ratio, scaled, si_unit, to_si
 
 RATE_OFF = Decimal("0.02")
 """Share by which a file's own clock and a rate may differ."""
+EVEN = 0.05
+"""Share by which the steps of a clock may differ, for it may have few digits; those of a reading differ more."""
+FEWEST_STEPS = 8
+"""Numbers from which even steps show a clock."""
+_SAMPLES = re.compile(r"([kKM]?)(?:fps|frames/s|Sa?/s|samples/s|Sa?ps|SPS)")
+"""Samples or frames a second, with a thousand or a million of them; pint takes them for feet and siemens."""
+_TIME = re.compile(r"(time|zeit|temps|tiempo|t)(?![a-z])", re.IGNORECASE)
+"""Beginning of the name of a clock."""
 _RATE = re.compile(r"sampl|rate|abtast|interval|increment|\bdt\b|\bfs\b|hz\b", re.IGNORECASE)
 """A line of a file's head that says how often was sampled."""
 
 
+_EXAMPLES = {"force": ("50", "kN"), "pressure": ("10", "MPa"), "strain": ("2000", "um/m")}
+"""Part of a sensor's name -> a number and a unit for messages."""
+MEASURED = ("m", "N", "Pa", "")
+"""SI units of what the sensors of a case give."""
 _FORCES = {"lb": "lbf", "lbs": "lbf", "t": "tf"}
 """Units of mass that a head may name for a force; all others for kilograms of force."""
 
@@ -73,7 +85,10 @@ def import_record(path: str | Path, options: ImportOptions) -> Measured:
         raise MeasuredError(f"{path} is no nodout: --node has nothing to choose from; name a column instead")
     clock = _clock_place(table, options)
     columns = {name: _place(table, name, column, clock, nodout) for name, column in options.sensors.items()}
-    _refuse_other_clocks(table, clock, columns)
+    if clock is not None and not options.rate:
+        _refuse_other_clocks(table, clock, columns, bool(options.time))
+    if clock is not None:
+        table = _without_empty_rows(table, (clock, *columns.values()))
     time = _time(table, clock, options)
     sensors = [_column(table, index, name, options) for name, index in columns.items()]
     given = (*options.stated, *(name.removesuffix(SIGMA) for name in columns if name.endswith(SIGMA)))
@@ -83,50 +98,119 @@ def import_record(path: str | Path, options: ImportOptions) -> Measured:
     return measured_from(CsvTable((time, *sensors), _provenance(table, options, used, nodout)), path)
 
 
+def _without_empty_rows(table: LooseTable, columns: Collection[int]) -> LooseTable:
+    """The table without the rows that are empty in all of these columns, as below the shorter of two records."""
+    return replace(table, rows=tuple(row for row in table.rows if any(row[1][i] for i in columns)))
+
+
 def _clock_place(table: LooseTable, options: ImportOptions) -> int | None:
     """Where the clock stands; None where a rate is given and no column counts the samples."""
-    if options.time:
-        return table.index(options.time)
+    named = table.index(options.time) if options.time else None
     if not options.rate:
-        return _first_clock(table)
-    first = [cells[0] for _, cells in table.rows]
-    own = table.heads[0].unit if table.heads else None
-    counts = table.width > 1 and own is None and all(text.isdigit() for text in first)
-    return 0 if counts and all(int(a) < int(b) for a, b in pairwise(first)) else None
+        return first_clock(table) if named is None else named
+    place = _first_filled(table) if named is None else named
+    own = table.heads[place].unit if table.heads else None
+    if own is None and counts_samples(table, place) and (table.width > 1 or options.time):
+        return place
+    if options.time and not _is_time(table, place):
+        raise MeasuredError(
+            f"{table.path}: --time {options.time}: with --rate it counts samples, in whole numbers that increase, and "
+            "this column does not; leave --time out, then the rows are counted"
+        )
+    return None
 
 
-def _first_clock(table: LooseTable) -> int:
-    """The first column, or, where that is text such as a date, the one beside it that holds times."""
-    second = table.heads[1].unit if table.width > 1 and table.heads else None
-    text = not any(cells[0] for _, cells in table.rows)
-    return 1 if text and second is not None and si_unit(second) == "s" else 0
+def _first_filled(table: LooseTable) -> int:
+    """The first column that holds a number: text, such as a date or a file's name, has been taken out of it."""
+    return next(i for i in range(table.width) if table.filled(i))
 
 
-def _refuse_other_clocks(table: LooseTable, clock: int | None, columns: Mapping[str, int]) -> None:
-    """Raises MeasuredError for sensors behind a clock of their own, as where each channel is saved with its times."""
-    if clock is None:
-        return
-    same = table.names[clock].lower()
-    clocks = [i for i in range(len(table.heads)) if _is_time(table, i) or table.names[i].lower() == same]
+def counts_samples(table: LooseTable, index: int) -> bool:
+    """Whether a column counts samples: whole numbers that increase, however they are written."""
+    texts = [cells[index] for _, cells in table.rows]
+    if not all(texts):
+        return False
+    numbers = [float(text) for text in texts]
+    return all(number.is_integer() for number in numbers) and all(a < b for a, b in pairwise(numbers))
+
+
+def first_clock(table: LooseTable) -> int:
+    """The first column that holds a number, or, where that is no time, the only one that is by its unit or name."""
+    first = _first_filled(table)
+    if not table.heads or _is_time(table, first) or _is_called_time(table, first) or _runs_evenly(table, first):
+        return first
+    times = [i for i in range(table.width) if _is_time(table, i)]
+    named = times or [i for i in range(table.width) if _is_called_time(table, i)]
+    return named[0] if len(named) == 1 else first
+
+
+def _is_called_time(table: LooseTable, index: int) -> bool:
+    """Whether a column's head calls it a time and gives it no unit of anything else: Time_w, Zeit 2, t1."""
+    head = table.heads[index]
+    return head.unit is None and not head.foreign and bool(_TIME.match(head.name))
+
+
+def _refuse_other_clocks(table: LooseTable, clock: int, columns: Mapping[str, int], named: bool) -> None:
+    """Raises MeasuredError for sensors beside a clock of their own, as where each channel is saved with its times.
+
+    named: whether the user has chosen the clock, which is then that of a single sensor.
+    """
+    clocks = [i for i in range(table.width) if i == clock or _is_a_clock(table, i, clock, columns.values())]
+    behind = table.width - 1 in clocks
     wrong = []
     for name, index in columns.items():
-        own = max((i for i in clocks if i < index), default=clock)
-        if all(i in clocks for i in range(clock + 1, own)) or _same_times(table, clock, own):
+        if index == clock:
+            wrong.append(
+                f'{table.path}: column "{table.names[index]}" is taken for the clock and for {name}; choose the '
+                "column of the clock: --time NAME, or, if the file has none, say how often it was sampled: --rate "
+                '"200 kHz"'
+            )
+            continue
+        beside = [i for i in clocks if (i > index if behind else i < index)]
+        own = (min if behind else max)(beside, default=clock)
+        together = all(i in clocks for i in range(clock + 1, own))
+        if (named and len(columns) == 1) or _same_times(table, clock, own, together):
             continue
         wrong.append(
-            f'{table.path}: column "{table.names[index]}" ({name}) stands behind a clock of its own, column {own + 1} '
-            f'"{table.names[own]}", whose times are not those of column {clock + 1} "{table.names[clock]}"; import it '
-            f"by itself with --time {own + 1}, and --beside the record of the others"
+            f'{table.path}: column "{table.names[index]}" ({name}) stands {"before" if behind else "behind"} a clock '
+            f'of its own, column {own + 1} "{table.names[own]}", whose times are not those of column {clock + 1} '
+            f'"{table.names[clock]}"; import it by itself with --time {own + 1}, and --beside the record of the others'
         )
     if wrong:
         raise MeasuredError(wrong)
 
 
-def _same_times(table: LooseTable, first: int, second: int) -> bool:
-    """Whether two clocks show the same times wherever the second one has a value."""
-    sizes = [factor(table.heads[i].unit or "s") for i in (first, second)]
+def _is_a_clock(table: LooseTable, index: int, clock: int, read: Collection[int]) -> bool:
+    """Whether a column is a clock by its head's unit, or by even steps where its head calls it a time or there is none.
+
+    read: columns that are a sensor's, and so none by their steps.
+    """
+    if _is_time(table, index) or (table.heads and table.names[index].lower() == table.names[clock].lower()):
+        return True
+    may_be = _is_called_time(table, index) if table.heads else index not in read
+    return may_be and _runs_evenly(table, index)
+
+
+def _runs_evenly(table: LooseTable, index: int) -> bool:
+    """Whether a column's numbers increase by even steps, as times do; whole numbers in steps of one are a counter."""
+    texts = [cells[index] for _, cells in table.rows]
+    given = [text for text in texts if text]
+    if len(given) < FEWEST_STEPS or any(texts[len(given) :]):
+        return False
+    values = np.array([float(text) for text in given])
+    step = float(values[-1] - values[0]) / (len(values) - 1)
+    even = step > 0.0 and bool(np.abs(np.diff(values) / step - 1.0).max() < EVEN)
+    return even and not (step == 1.0 and float(values[0]).is_integer())
+
+
+def _same_times(table: LooseTable, first: int, second: int, shifted: bool) -> bool:
+    """Whether two clocks show the same times wherever the second one has a value; shifted: but for a constant."""
+    sizes = [factor(table.heads[i].unit or "s") if table.heads else Decimal(1) for i in (first, second)]
     cells = [(row[first], row[second]) for _, row in table.rows if row[second]]
-    return all(a and Decimal(a) * sizes[0] == Decimal(b) * sizes[1] for a, b in cells)
+    if not all(a for a, _ in cells):
+        return False
+    apart = {Decimal(a) * sizes[0] - Decimal(b) * sizes[1] for a, b in cells}
+    return len(apart) <= 1 and (shifted or apart <= {0})
 
 
 def _time(table: LooseTable, clock: int | None, options: ImportOptions) -> Column:
@@ -137,7 +221,7 @@ def _time(table: LooseTable, clock: int | None, options: ImportOptions) -> Colum
     step, unit, begin = Decimal(1), "s", Decimal(0)
     if options.rate:
         step = _interval(options.rate)
-        begin = _begin(table, step) if clock is None else begin
+        begin = _begin(table, step, [int(float(text)) for text in texts])
     else:
         assert clock is not None
         unit = _unit(table, clock, "time", options)
@@ -154,28 +238,31 @@ def _is_time(table: LooseTable, index: int = 0) -> bool:
     return unit is not None and si_unit(unit) == "s"
 
 
-def _begin(table: LooseTable, step: Decimal) -> Decimal:
-    """Where a clock made of the rows' number begins [s]: at the first instant of the file's own, else at 0.
+def _begin(table: LooseTable, step: Decimal, counted: Sequence[int]) -> Decimal:
+    """Time of sample 0 [s] of a clock made of counted samples: by the first instant of the file's own, else 0.
 
     A file's own clock, whose digits may be too few, must agree with the rate. Raises MeasuredError.
     """
-    if not _is_time(table):
+    place = next((i for i in range(table.width) if _is_time(table, i)), None)
+    if place is None:
         return Decimal(0)
-    unit = table.heads[0].unit or ""
-    own = [Decimal(cells[0]) * factor(unit) for _, cells in table.rows if cells[0]]
-    made = step * (len(table.rows) - 1)
+    unit = table.heads[place].unit or ""
+    own = [Decimal(cells[place]) * factor(unit) for _, cells in table.rows if cells[place]]
+    made = step * (counted[-1] - counted[0])
     if own and abs(own[-1] - own[0] - made) > RATE_OFF * made:
         raise MeasuredError(
-            f'{table.path}: its column "{table.names[0]}" spans {1e3 * float(own[-1] - own[0]):g} ms and its '
+            f'{table.path}: its column "{table.names[place]}" spans {1e3 * float(own[-1] - own[0]):g} ms and its '
             f"{len(table.rows)} rows at --rate {1e3 * float(made):g} ms; correct the rate, or leave it out"
         )
-    return own[0] if own else Decimal(0)
+    return own[0] - step * counted[0] if own else Decimal(0)
 
 
 def _interval(rate: str) -> Decimal:
     """Seconds between two samples, by their rate or by that time; raises UnitError."""
     try:
         number, unit = parts(rate)
+        if match := _SAMPLES.fullmatch(unit):
+            unit = f"{match[1].replace('K', 'k')}Hz"
         size, kind = Decimal(number) * factor(unit), si_unit(unit)
     except UnitError as error:
         raise UnitError(f'--rate {rate}: {error}; write --rate "200 kHz", or --rate "5 us"') from error
@@ -198,7 +285,7 @@ def _shift(text: str, unit: str) -> Decimal:
 
 def read_export(path: str | Path, options: ImportOptions) -> tuple[LooseTable, bool]:
     """The table in a file of any format that can be read, and whether it is a nodout; raises MeasuredError."""
-    reader = reader_of(path)
+    reader = reader_of(path, options.decimal)
     if reader is not None:
         return reader(Path(path), options.table), False
     if is_nodout(path):
@@ -260,8 +347,9 @@ def _place(table: LooseTable, sensor: str, column: str, clock: int | None, nodou
     """Where a sensor's column stands: as named, by its own name, or the only one beside the clock."""
     if column:
         return table.index(column)
-    others = [i for i in range(table.width) if i != clock and not (i == 0 and _is_time(table))]
-    others = [i for i in others if any(cells[i] for _, cells in table.rows)] or others
+    counter = None if clock in (None, 0) or not counts_samples(table, 0) else 0
+    others = [i for i in range(table.width) if i not in (clock, counter) and not _is_time(table, i)]
+    others = [i for i in others if table.filled(i)] or others
     if len(others) == 1:
         return others[0]
     try:
@@ -302,16 +390,21 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
     given = options.units.get(name)
     head = table.heads[index] if table.heads else Head(table.names[index])
     own, column = head.unit, f'{table.path}: column "{table.names[index]}"'
-    option = "--time-unit ms" if name == "time" else f"--unit {name}=mm"
+    option = "--time-unit ms" if name == "time" else f"--unit {name}={_example(name)[1]}"
     if own is None and given is None:
         if head.foreign and (better := meant(head.foreign)):
-            raise UnitError(f"{column} is in {head.foreign}, which is no unit{better} Correct the head")
+            raise UnitError(
+                f"{column} is in {head.foreign}, which is no unit{better} Correct the head, or write {option}"
+            )
+        if head.foreign and name == "time":
+            raise UnitError(f"{column} is in {head.foreign}, which is no unit of time; say which it is: {option}")
         if head.foreign:
             raise UnitError(
                 f"{column} is in {head.foreign}, which is no unit of a sensor; say what it stands for: "
-                f'--scale {name}="2.5 mm/{head.foreign}" (or {option} with a --scale)'
+                f'--scale {name}="{stands_for(head.foreign, name)}" (or {option} with a --scale)'
             )
-        raise UnitError(f"{column} has no unit; say which: {option}{_rate_hint(table) if name == 'time' else ''}")
+        hint = _rate_hint(table) if name == "time" else ""
+        raise UnitError(f"{column} has no unit; say which: {option}{hint}")
     if name in options.per:
         return given or ""
     if own is not None and given is not None and scaled("1", own) != scaled("1", given):
@@ -319,12 +412,35 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
             f"{column} is in {own}, and {option.split()[0]} says {given}; leave the option out, or correct the file"
         )
     said = given or own or ""
-    if si_unit(said) == "kg":
-        raise UnitError(
-            f"{column} is in {said}, a mass, which no sensor measures; if a force in pounds or kilograms is meant, say "
-            f'what one of them is: --scale {name}="1 {_FORCES.get(said, "kgf")}/{said}"'
-        )
+    if name != "time":
+        _refuse_unit(column, name, said)
     return said
+
+
+def stands_for(unit: str, sensor: str = "") -> str:
+    """An example of what one of an instrument's own units stands for."""
+    number, own = _example(sensor)
+    return f"{number} {own}/({unit})" if "/" in unit else f"{number} {own}/{unit}"
+
+
+def _example(sensor: str) -> tuple[str, str]:
+    """A number and the unit of what a sensor gives, by its name."""
+    return next((found for kind, found in _EXAMPLES.items() if kind in sensor), ("2.5", "mm"))
+
+
+def _refuse_unit(column: str, name: str, unit: str) -> None:
+    """Raises UnitError for a unit in which no sensor measures; column: as messages call it."""
+    kind = dimension(unit)
+    if kind == "kg":
+        raise UnitError(
+            f"{column} is in {unit}, a mass, which no sensor measures; if a force in pounds or kilograms is meant, say "
+            f'what one of them is: --scale {name}="1 {_FORCES.get(unit, "kgf")}/{unit}"'
+        )
+    if kind not in MEASURED:
+        raise UnitError(
+            f"{column} is in {unit}, which no sensor of a case measures (they give mm, kN, MPa or um/m); import "
+            "another column, or convert the readings before"
+        )
 
 
 def _rate_hint(table: LooseTable) -> str:

@@ -81,6 +81,15 @@ _STRAIN = {
 }
 """Strain gauges' ways to write a ratio."""
 
+OTHER_RATIO = "ratio"
+"""Dimension of mV/V and other quotients that are no strain."""
+
+_WORDS = {
+    **dict.fromkeys(("Second", "Seconds", "SECONDS", "Sec", "SEC", "Sek", "sek", "Sekunden"), "s"),
+    **dict.fromkeys(("Volt", "Volts", "VOLTS"), "V"),
+}
+"""Units as oscilloscopes and loggers write them out."""
+
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _MILS = re.compile(r"\bmils?\b")
 """A thousandth of an inch, as in a displacement sensor's sheet; pint takes it for an angle of gunnery."""
@@ -122,7 +131,7 @@ def _base(unit: str) -> tuple[Decimal, str]:
 
     "kg/m3" and "N.ms/mm2" are read as engineers mean them.
     """
-    text = _STRAIN.get(_plain_strain(unit), unit)
+    text = _STRAIN.get(_plain_strain(unit), _WORDS.get(unit.strip(), unit))
     text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", _MILS.sub("thou", text))
     text = re.sub(r"(?<=[A-Za-z0-9)])[.·](?=[A-Za-z(])", "*", text).replace("µ", "u").replace("\u03bc", "u")
     if found := _KNOWN.get(text):
@@ -133,8 +142,14 @@ def _base(unit: str) -> tuple[Decimal, str]:
         raise UnitError(f'"{unit}" is not a unit{meant(unit)}') from error
     if quantity.magnitude and _registry().Quantity(Decimal(0), text or "dimensionless").to_base_units().magnitude:
         raise UnitError(f'"{unit}" does not count from zero; give the value in {ACCEPTED["K"]}')
-    base = quantity._units
-    return Decimal(quantity.magnitude), _dimensions().get(base, str(base))
+    kind = _dimensions().get(quantity._units, str(quantity._units))
+    return Decimal(quantity.magnitude), kind if kind or _may_be_a_strain(text) else OTHER_RATIO
+
+
+def _may_be_a_strain(unit: str) -> bool:
+    """Whether a number without dimension is one by its unit: not a quotient of anything but lengths, as mV/V is."""
+    above, stroke, below = unit.partition("/")
+    return not stroke or all(_base(part.strip())[1] == "m" for part in (above, below))
 
 
 def meant(unit: str) -> str:
@@ -147,6 +162,11 @@ def meant(unit: str) -> str:
 def factor(unit: str) -> Decimal:
     """Size of one `unit` in SI; raises UnitError when `unit` is not a unit."""
     return _base(unit)[0]
+
+
+def dimension(unit: str) -> str:
+    """SI name of a unit's dimension, or what pint calls one that the project does not use; raises UnitError."""
+    return _base(unit)[1]
 
 
 def ratio(unit: str, other: str) -> Decimal:

@@ -18,7 +18,14 @@ from birdstrike.data.errors import MeasuredError, UnitError, UserError
 if TYPE_CHECKING:
     from birdstrike.data.curves import Measured
 
-READ_SO = ("read as gaps", "times of day", "behind the table", "columns of text", "The clock was made")
+READ_SO = (
+    "read as gaps",
+    "times of day",
+    "behind the table",
+    "repeat the head",
+    "columns of text",
+    "The clock was made",
+)
 """Signs of the provenance's lines on what was read in a way of its own."""
 
 
@@ -233,16 +240,20 @@ def factors_of(texts: Mapping[str, str]) -> tuple[dict[str, float], dict[str, st
 
 def factor_of(text: str) -> tuple[float, str, str]:
     """A factor, and where it has a unit such as mm/V the unit it gives and the one it takes; raises UserError."""
-    match = re.fullmatch(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(?:(\S.*?)\s*/\s*([^/]+?))?\s*", text)
+    from birdstrike.data.units import decimal_comma
+
+    match = re.fullmatch(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(?:(\S.*?)\s*/\s*(?:\(([^()]+)\)|([^/]+?)))?\s*", text)
     try:
         number = float(match[1]) if match else float("nan")
     except ValueError:
         number = float("nan")
+    if comma := decimal_comma(text):
+        raise UserError(f"--scale {text} {comma}")
     if match is None or not math.isfinite(number):
         raise UserError(f'--scale {text} is not a number; write --scale -1 to turn a curve round, or "2.5 mm/V"')
     if number == 0.0:
         raise UserError(f"--scale {text} leaves nothing of the curve; give the factor by which it is multiplied")
-    return number, match[2] or "", match[3] or ""
+    return number, match[2] or "", match[3] or match[4] or ""
 
 
 def _seen(record: Measured, name: str) -> str:

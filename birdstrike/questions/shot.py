@@ -13,7 +13,14 @@ import numpy as np
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MeasuredError, UnitError, UserError
-from birdstrike.data.import_curve import ImportOptions, import_record, read_export
+from birdstrike.data.import_curve import (
+    ImportOptions,
+    counts_samples,
+    first_clock,
+    import_record,
+    read_export,
+    stands_for,
+)
 from birdstrike.data.tables.loose_table import LooseTable
 from birdstrike.data.units import ACCEPTED, si_unit
 from birdstrike.questions.answers import Answers, Key, Question
@@ -173,17 +180,18 @@ class Interview:
         clock = self._time(table, names)
         found: dict[str, Column] = {}
         for i, name in enumerate(names):
-            if i != table.index(clock["time"]) and i not in table.noises.values():
+            if i != table.index(clock["time"]) and i not in table.noises.values() and table.filled(i):
                 head = table.heads[i] if table.heads else None
                 unit, foreign = (_si(head.unit), head.foreign) if head else (None, "")
-                self._column(found, name, "", unit, foreign, downwards=_downwards(table, i))
+                counter = not (head and head.unit) and counts_samples(table, i)
+                self._column(found, name, "", unit, foreign, downwards=_downwards(table, i), counter=counter)
         return _some(found, names), {**clock, "decimal": decimal}
 
     def _time(self, table: LooseTable, names: tuple[str, ...]) -> dict[str, str]:
         """The clock's column and, where its head gives none, its unit."""
         units = [_si(head.unit) for head in table.heads] or [None] * table.width
-        first = names[units.index("s") if "s" in units else 0]
-        name = self.ask(("record", "time"), "Column of the clock", first, _one_of(names), ", ".join(names))
+        likely = names[first_clock(table)]
+        name = self.ask(("record", "time"), "Column of the clock", likely, _one_of(names), ", ".join(names))
         if units[table.index(name)] == "s":
             return {"time": name, "time_unit": ""}
         check, allowed = of_choice("s", "ms", "us")
@@ -199,18 +207,20 @@ class Interview:
         *,
         ready: bool = False,
         downwards: bool = False,
+        counter: bool = False,
     ) -> None:
         """What one column is, entered under the name of its sensor.
 
         unit: SI, None where the head gives none; foreign: of another quantity, such as V; ready: it has its unit
-        and the name that it is to have already; downwards: its largest reading is negative.
+        and the name that it is to have already; downwards: its largest reading is negative; counter: it numbers the
+        rows.
         """
         place, shown = ("columns", column), f'Column "{column}"'
         likely = (
             "displacement" if unit is None and not found else KIND_OF_UNIT.get("-" if unit is None else unit, LEAVE)
         )
         plain = column.lower().replace(" ", "_")
-        likely = next((kind for kind in SENSORS if plain.startswith(kind)), likely)
+        likely = next((kind for kind in SENSORS if plain.startswith(kind)), LEAVE if counter else likely)
         kind = self.choice((*place, "kind"), f"{shown}: what is it?", likely, *SENSORS, LEAVE)
         if kind == LEAVE:
             return
@@ -246,7 +256,11 @@ class Interview:
 
     def _scale(self, place: Key, shown: str, foreign: str, turned: bool) -> Any:
         """What the column is multiplied by; a displacement whose largest reading is negative is turned round."""
-        what = f"it is in {foreign}: factor such as 2.5 mm/{foreign}" if foreign else "factor; -1 turns the curve round"
+        what = (
+            f"it is in {foreign}: factor such as {stands_for(foreign)}"
+            if foreign
+            else "factor; -1 turns the curve round"
+        )
         positive = "displacement is positive in the direction of the push"
         return self.ask(
             (*place, "scale"),

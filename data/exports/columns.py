@@ -24,21 +24,24 @@ class NamedColumn:
 
 
 def table_of(path: Path, columns: Sequence[NamedColumn], notes: Iterable[str] = ()) -> LooseTable:
-    """The columns as long as most are, the clock first where one is called time; raises MeasuredError without any."""
+    """The columns as long as most are, the first that is called time before all; raises MeasuredError without any."""
     lengths = Counter(len(column.values) for column in columns)
     if not columns or lengths.most_common(1)[0][0] < 2:
         raise MeasuredError(f"{path} holds no columns of two or more numbers")
     length = max(lengths, key=lambda n: (lengths[n], n))
     kept = [column for column in columns if len(column.values) == length]
-    kept.sort(
-        key=lambda column: not column.name.lower().startswith(("time", "t ", "zeit")) and column.name.lower() != "t"
-    )
+    clock = next((column for column in kept if _is_called_time(column.name)), kept[0])
+    kept = [clock, *(column for column in kept if column is not clock)]
     heads = tuple(head_of(column.name, column.unit) for column in kept)
     texts = [[repr(float(v)) if np.isfinite(v) else "" for v in column.values] for column in kept]
     rows = tuple((i, cells) for i, cells in enumerate(zip(*texts, strict=True), 1))
     left = [column.name for column in columns if len(column.values) != length]
     remarks = (f"columns of other lengths were left out: {', '.join(left[:10])}",) if left else ()
     return LooseTable(path, heads, rows, tuple(notes), remarks)
+
+
+def _is_called_time(name: str) -> bool:
+    return name.lower().startswith(("time", "t ", "zeit")) or name.lower() == "t"
 
 
 def chosen(path: Path, tables: Sequence[str], table: str, noun: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -15,15 +16,15 @@ from birdstrike.data.exports.columns import chosen
 from birdstrike.data.tables.loose_table import LooseTable, table_of_lines
 
 
-def read(path: Path, table: str) -> LooseTable:
-    """Cells as Excel shows a formula's value; a time of day is one."""
+def read(path: Path, table: str, decimal: str = "") -> LooseTable:
+    """Cells as Excel shows a formula's value; a time of day is one; decimal: mark of numbers that stand as text."""
     try:
         workbook = load_workbook(path, read_only=True, data_only=True)
     except (OSError, BadZipFile, InvalidFileException, KeyError) as error:
         raise MeasuredError(f"{path} cannot be read as a workbook of Excel: {error}") from error
     sheet = workbook[chosen(path, workbook.sheetnames, table, "sheet")]
     lines = ["\t".join(map(_text, row)) for row in sheet.iter_rows(values_only=True)]
-    return table_of_lines(path, lines, ".")
+    return table_of_lines(path, lines, decimal)
 
 
 def _text(value: Any) -> str:
@@ -34,5 +35,11 @@ def _text(value: Any) -> str:
     if isinstance(value, dt.time):
         return value.isoformat()
     if isinstance(value, float):
-        return repr(value)
+        return _without_mark(value)
     return str(value).replace("\t", " ").replace("\n", " ").strip()
+
+
+def _without_mark(value: float) -> str:
+    """A number without a mark of decimals, which would say something of those that stand as text: 1.25 is 125E-2."""
+    sign, digits, exponent = Decimal(repr(value)).as_tuple()
+    return f"{'-' if sign else ''}{''.join(map(str, digits))}E{exponent}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
@@ -19,19 +20,20 @@ Reader = Callable[[Path, str], LooseTable]
 @dataclass(frozen=True)
 class Format:
     """A file format: module of this folder that reads it, the package that it needs, what it is called, and the extra
-    that installs the package."""
+    that installs the package; text: whether numbers can stand in it as text, with a mark of decimals."""
 
     module: str
     package: str
     name: str
     extra: str = "exports"
+    text: bool = False
 
 
 EXPORTS: Mapping[str, Format] = MappingProxyType(
     {
         ".tdms": Format("tdms", "npTDMS", "TDMS file"),
         ".mat": Format("matlab", "scipy", "file of MATLAB"),
-        **dict.fromkeys((".xlsx", ".xlsm"), Format("excel", "openpyxl", "workbook of Excel")),
+        **dict.fromkeys((".xlsx", ".xlsm"), Format("excel", "openpyxl", "workbook of Excel", text=True)),
         **dict.fromkeys((".uff", ".unv", ".uf", ".58"), Format("uff58", "pyuff", "universal file")),
         "binout": Format("binout", "lasso-python", "binout of LS-DYNA", "binout"),
         "t01": Format("radioss_t01", "numpy", "time history of Radioss"),
@@ -47,16 +49,20 @@ def _kind(name: str) -> str:
     return "t01" if re.search(r"t\d\d$", name) else Path(name).suffix
 
 
-def reader_of(path: str | Path) -> Reader | None:
-    """The reader of a file's format, None for text; raises MeasuredError where its package is not installed."""
+def reader_of(path: str | Path, decimal: str = "") -> Reader | None:
+    """The reader of a file's format, None for text; raises MeasuredError where its package is not installed.
+
+    decimal: the mark of decimals of numbers that stand as text, "" for either.
+    """
     name = Path(path).name.lower()
     form = EXPORTS.get(_kind(name))
     if form is None:
         return None
     try:
-        return import_module(f"birdstrike.data.exports.{form.module}").read
+        read = import_module(f"birdstrike.data.exports.{form.module}").read
     except ModuleNotFoundError as error:
         raise MeasuredError(
             f'{path} is a {form.name}, which {form.package} reads: pip install "birdstrike[{form.extra}]"; or export '
             f"the curve as text ({error})"
         ) from error
+    return partial(read, decimal=decimal) if form.text else read

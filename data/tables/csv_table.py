@@ -88,7 +88,14 @@ def _lines(path: Path) -> tuple[tuple[str, ...], NumberedRow, list[NumberedRow]]
 def _rows(lines: list[str]) -> Iterator[NumberedRow]:
     for number, line in enumerate(lines, start=1):
         if line.strip() and not line.startswith("#"):
-            yield number, [cell.strip() for cell in next(csv.reader([line]))]
+            yield number, cells_of(line)
+
+
+def cells_of(line: str, delimiter: str = ",") -> list[str]:
+    """Cells of a line; quotes are heeded in one that is no longer than Python's csv takes."""
+    quoted = '"' in line and len(line) <= csv.field_size_limit()
+    cells = next(csv.reader([line], delimiter=delimiter)) if quoted else line.split(delimiter)
+    return [cell.strip() for cell in cells]
 
 
 def _head(text: str, errors: list[str]) -> tuple[str, str, str]:

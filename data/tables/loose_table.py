@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import csv
+import math
 import re
 import shlex
 from collections import Counter
@@ -13,11 +13,12 @@ from itertools import groupby, pairwise, repeat
 from pathlib import Path
 
 from birdstrike.data.errors import MeasuredError, UnitError
+from birdstrike.data.tables.csv_table import cells_of
 from birdstrike.data.units import factor, is_ratio, si_unit
 
-DELIMITERS = (";", "\t", ",", " ")
+DELIMITERS = (";", "\t", "|", ",", " ")
 COMMENT = ("#", "$", "%")
-AS_SUFFIX = ("m", "mm", "um", "in", "s", "ms", "us", "N", "kN", "Pa", "kPa", "MPa", "GPa")
+AS_SUFFIX = ("m", "mm", "um", "µm", "in", "s", "ms", "us", "µs", "N", "kN", "Pa", "kPa", "MPa", "GPa")
 """Units that may end a name: with any unit, strain_a would be in years and gauge_c in speeds of light."""
 RATIO = ("-", "1")
 """What stands in the place of a ratio's unit."""
@@ -27,6 +28,14 @@ END = ("endcurve", "*end", "end")
 """Words with which plotting programs close a curve."""
 MOST_BEHIND = 20
 """Lines behind a table, beyond which they are taken for rows that are damaged."""
+NEAREST = 2
+"""Lines right above a table, whose cells beyond its columns or before its empty ones are no matter."""
+UNIT_LABELS = ("unit", "units", "einheit", "einheiten", "vunit", "y_unit_label", "sequence")
+NAME_LABELS = ("tracename",)
+"""What instruments write before the units and the names of their channels, above the clock."""
+_ANOTHER = "; where a second table begins, put each into a file of its own"
+MOST_BESIDE = 30
+"""First rows of a table, beside which an instrument's settings may stand."""
 
 GAPS = frozenset(
     """nan n/a na #n/a #na null none nil - -- --- inf +inf -inf infinity -infinity ovl +ovl -ovl ovld over over!
@@ -35,19 +44,23 @@ GAPS = frozenset(
 )
 """What loggers and spreadsheets write where there is no reading, in small letters."""
 
-_RULED = re.compile(r"[*?#]{2,}|-{3,}")
-"""A cell filled with one sign: what Fortran and some loggers write where a number has no room or no value."""
-NO_READING = Decimal("9e37")
-"""SCPI instruments write 9.91E+37 for "not a number" and 9.9E+37 for "beyond the range"."""
+_NO_NUMBER = re.compile(r"[*?#]{2,}|-{3,}|-+\.-+|[+-]?\d\.#[A-Za-z]+\d*|[<>]\s*[+-]?\d[\d.,]*")
+"""A cell filled with one sign, -1.#IND or >4.5: what Fortran, C and loggers write where a number has no room, is none
+or lies beyond the range."""
+NO_READING = 1e29
+"""Size beyond which a number stands for none: instruments write 1E+30, SCPI 9.91E+37 and 9.9E+37 beyond the range."""
 _MINUS = re.compile(r"[\u2212\u2012\u2013](?=[\d.])")
 """A minus sign as typesetting programs write it."""
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3}|[+-]\d{3})?")
+_FACTOR = re.compile(r"\s*\d+(?:\.\d*)?[eE][+-]?\d+\s*\*\s*")
+_IN_BRACKETS = re.compile(r"\s*[\[(][^\])]*[\])]\s*$")
+_FORTRAN = re.compile(r"[dD]|[\d.][+-]")
 _CLOCK = re.compile(
     r"(?:\S+[ T]+)?(?:(?P<hours>\d{1,2}):)?(?P<minutes>\d{1,2}):(?P<seconds>\d{1,2}(?:[.,]\d+)?)"
-    r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?"
+    r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?(?:Z|[+-]\d\d:?\d\d)?"
 )
-"""hh:mm:ss.ffffff or mm:ss.ffffff, with or without a date before it, AM or PM behind it."""
+"""hh:mm:ss.ffffff or mm:ss.ffffff, with or without a date before it, AM or PM, or the zone, behind it."""
 
 _CLOCK_PATTERN = re.compile(r"(?:[DdMmYy./\-]+[ T]+)?[Hh]{1,2}:[Mm]{1,2}(?::[Ss]{1,2}(?:[.,][Ff0SsMm]+)?)?")
 """How some loggers write in the row of units what their clock looks like: hh:mm:ss.fff, dd.mm.yyyy hh:mm:ss."""
@@ -63,6 +76,7 @@ _UNIT = (
     re.compile(r"(?P<name>.+?)\s+/\s+(?P<unit>\S+)"),  # displacement / mm
     re.compile(r"(?P<name>[^/\s]+)/(?P<unit>[^/\s]+)"),  # displacement/mm
     re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(map(re.escape, AS_SUFFIX))})"),  # displacement_mm
+    re.compile(rf"(?P<name>.+?)(?: in|,) +(?P<unit>{'|'.join(map(re.escape, AS_SUFFIX))})"),  # Weg in mm; Weg, mm
 )
 
 
@@ -111,13 +125,18 @@ class LooseTable:
         found = {i: places.get(f"{name}{SIGMA}") for name, i in places.items()}
         return {i: noise for i, noise in found.items() if noise is not None}
 
+    def filled(self, index: int) -> bool:
+        """Whether a column holds a number: one of text is empty."""
+        return any(cells[index] for _, cells in self.rows)
+
     def index(self, column: str) -> int:
         """Place of a column given by name, with or without its unit, as it stands in the file, or by number from 1.
 
         Case and blanks do not matter; raises MeasuredError.
         """
         asked = _plain(column)
-        for spelt in ([_plain(head.text) for head in self.heads], [_plain(name) for name in self.names]):
+        bare = [_plain(_IN_BRACKETS.sub("", name)) for name in self.names]  # of a unit that is not known, such as KN
+        for spelt in ([_plain(head.text) for head in self.heads], [_plain(name) for name in self.names], bare):
             found = [i for i, name in enumerate(spelt) if name == asked]
             if len(found) == 1:
                 return found[0]
@@ -126,7 +145,8 @@ class LooseTable:
                 raise SeveralColumns(f'{self.path} has several columns "{column}": give a number, of {same}')
         if column.isdigit() and 1 <= int(column) <= self.width:
             return int(column) - 1
-        raise MeasuredError(f'{self.path} has no column "{column}"; its columns: {", ".join(self.names)}')
+        left = "".join(f"; {remark}" for remark in self.remarks if "left out" in remark)
+        raise MeasuredError(f'{self.path} has no column "{column}"; its columns: {", ".join(self.names)}{left}')
 
 
 def _plain(name: str) -> str:
@@ -186,7 +206,7 @@ def read_loose_table(path: str | Path, decimal: str = "", single: bool = False) 
     """The table in a text file; raises MeasuredError with the line of everything that is no number.
 
     The table begins with the first two lines in a row that hold equally many numbers, at least two; the delimiter is
-    the first of ; tab , and blank by which they do. The lines above it may name the columns and their units, the lines
+    the first of ; tab | , and blank by which they do. The lines above it may name the columns and their units, those
     behind it hold no row of numbers. What a logger writes where it has no reading (NaN, OVL, -) is a gap. decimal: ","
     or "." where the numbers leave it open; single: whether a file of one column will do.
     """
@@ -197,11 +217,13 @@ def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: 
     """The table in the lines of a file; see `read_loose_table`. Raises MeasuredError with the lines at fault."""
     start, delimiter = _begin(path, lines, single)
     width = len(_cells(lines[start], delimiter))
+    blank = " \t" if single else f" \t{delimiter}"  # a row of empty cells is none, unless rows are counted
     body = [
         (i, _cells(line, delimiter))
         for i, line in enumerate(lines[start : _end(lines, start)], start + 1)
-        if line.strip() and not line.lstrip().startswith(COMMENT)
+        if line.strip(blank) and not line.lstrip().startswith(COMMENT)
     ]
+    body, repeated = (body, []) if single else _without_repeated(body, lines, start)
     body, texts = _without_text(body, width)
     behind = _behind(body, width)
     body = body[: len(body) - behind]
@@ -214,7 +236,7 @@ def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: 
             shown = lines[i - 1].strip()[:40]
             errors.append(
                 f'{path}, line {i}: "{shown}" is not {width} numbers as in line {start + 1}; a gap is an empty cell, '
-                "NaN, OVL or -"
+                f"NaN, OVL or -{_ANOTHER if _begins_with_a_word(cells) else ''}"
             )
             continue
         for cell in (cell for cell, number in zip(cells, found, strict=True) if cell and not number):
@@ -223,7 +245,10 @@ def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: 
         rows.append((i, found))
     if errors:
         raise MeasuredError(errors[:20])
-    heads, notes = _heads(lines[:start], delimiter, width)
+    filled = max(j + 1 for _, cells in rows for j in range(width) if cells[j])
+    _refuse_common_factor(path, lines[:start])
+    _refuse_parted_decimals(path, lines[:start], rows, delimiter, filled)
+    heads, notes = _heads(lines[:start], delimiter, width, filled)
     remarks = tuple(
         f'{count} cell{"s" if count > 1 else ""} "{cell}", the first in line {first[cell]}, read as gaps'
         for cell, count in gaps.items()
@@ -231,10 +256,21 @@ def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: 
     if texts:
         names = ", ".join(heads[j].name if heads else str(j + 1) for j in texts)
         remarks += (f"columns of text were left out: {names}",)
+    if repeated:
+        remarks += (f"lines that repeat the head were left out: {len(repeated)}, the first line {repeated[0]}",)
     if behind:
         last = next(i for i in range(len(lines), 0, -1) if lines[i - 1].strip())
         remarks += (f"{behind} lines behind the table, the last line {last}, were left out: no {width} numbers each",)
     return _with_clocks(LooseTable(path, heads, tuple(rows), notes, remarks))
+
+
+def _without_repeated(
+    body: Sequence[tuple[int, list[str]]], lines: Sequence[str], start: int
+) -> tuple[list[tuple[int, list[str]]], list[int]]:
+    """The rows without the lines that stand above the table too, as where a logger begins a page, and their numbers."""
+    above = {line.strip() for line in lines[:start]}
+    repeated = [i for i, cells in body if lines[i - 1].strip() in above and _numbers(cells) is None]
+    return [(i, cells) for i, cells in body if i not in repeated], repeated
 
 
 def _end(lines: Sequence[str], start: int) -> int:
@@ -380,6 +416,8 @@ def _decimal_of(cell: str) -> str:
 
 def _bare(cell: str) -> str:
     """A cell without the blanks and apostrophes that part thousands."""
+    if cell.isascii() and " " not in cell and "'" not in cell:
+        return cell
     return re.sub(r"(?<=\d)[ '\u2019\u00a0\u202f](?=\d{3}(?!\d))", "", cell)
 
 
@@ -391,11 +429,24 @@ def _begin(path: Path, lines: Sequence[str], single: bool) -> tuple[int, str]:
             for delimiter in DELIMITERS:
                 one, two = (_numbers(_cells(lines[i], delimiter)) for i in (first, second))
                 if one and two and len(one) == len(two) >= fewest:
-                    return first, delimiter
+                    return _with_text_above(lines, first, delimiter), delimiter
     if found := _begin_beside_text(lines):
         return found
     column = "" if single else '; of readings alone, one a line, say how often they were taken: --rate "200 kHz"'
     raise MeasuredError(f"{path} holds no table: no two lines in a row of two or more numbers each{column}")
+
+
+def _with_text_above(lines: Sequence[str], first: int, delimiter: str) -> int:
+    """First line of a table whose first rows have text beside their numbers, as an oscilloscope's settings stand."""
+    numbers = _number_places(_cells(lines[first], delimiter))
+    while first and delimiter != " " and _covers(_number_places(_cells(lines[first - 1], delimiter)), numbers):
+        first -= 1
+    return first
+
+
+def _covers(above: tuple[bool, ...], below: tuple[bool, ...]) -> bool:
+    """Whether a line has as many cells as the row below it, and numbers wherever that has them."""
+    return len(above) == len(below) and all(a or not b for a, b in zip(above, below, strict=True))
 
 
 def _begin_beside_text(lines: Sequence[str]) -> tuple[int, str] | None:
@@ -427,12 +478,16 @@ def _fits(above: tuple[bool, ...], below: tuple[bool, ...]) -> bool:
 
 
 def _without_text(body: Sequence[tuple[int, list[str]]], width: int) -> tuple[list[tuple[int, list[str]]], list[int]]:
-    """The rows with empty cells in the columns that hold text and no number, and the places of these columns."""
+    """The rows with empty cells in the columns that hold text, and the places of these columns.
+
+    A column of text holds no number, or, beside the first rows of a longer table alone, settings and figures.
+    """
     rows = [cells for _, cells in body if len(cells) == width]
+    below = rows[MOST_BESIDE:] if len(rows) > 2 * MOST_BESIDE else rows
     texts = [
         j
         for j in range(width)
-        if not any(_number(cells[j], "") for cells in rows) and any(_number(cells[j], "") is None for cells in rows)
+        if not any(_number(cells[j], "") for cells in below) and any(_number(cells[j], "") is None for cells in rows)
     ]
     if not texts:
         return list(body), []
@@ -446,7 +501,7 @@ def _without_text(body: Sequence[tuple[int, list[str]]], width: int) -> tuple[li
 def _cells(line: str, delimiter: str) -> list[str]:
     if delimiter == " ":
         return line.split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+    return cells_of(line, delimiter)
 
 
 def _numbers(cells: Sequence[str], marks: Iterable[str] = repeat("")) -> tuple[str, ...] | None:
@@ -460,7 +515,7 @@ def _numbers(cells: Sequence[str], marks: Iterable[str] = repeat("")) -> tuple[s
 
 def _number(cell: str, decimal: str) -> str | None:
     """A cell as a number's text, a time of day as it is, "" for a gap; None where it is something else."""
-    if not cell or cell.lower() in GAPS or _RULED.fullmatch(cell):
+    if not cell or cell.lower() in GAPS or _NO_NUMBER.fullmatch(cell):
         return ""
     if ":" in cell:
         return cell if _CLOCK.fullmatch(cell) else None
@@ -475,30 +530,75 @@ def _number(cell: str, decimal: str) -> str | None:
     if not _NUMBER.fullmatch(bare):
         return None
     text = number_text(bare)
-    return "" if "+37" in text and abs(Decimal(text)) >= NO_READING else text
+    return "" if "E" in text.upper() and NO_READING <= abs(float(text)) < math.inf else text
 
 
 def number_text(cell: str) -> str:
     """A number as data.units reads it: Fortran's 1.0D-03 and 1.0-103 become 1.0E-03 and 1.0E-103."""
+    if not _FORTRAN.search(cell):
+        return cell
     return re.sub(r"(?<=[\d.])([+-]\d{3})$", r"E\1", re.sub("[dD]", "E", cell))
 
 
-def _heads(lines: Sequence[str], delimiter: str, width: int) -> tuple[tuple[Head, ...], tuple[str, ...]]:
-    """Names and units from the lines above the table, the nearest first, and all those lines as notes."""
-    notes = tuple(line.strip().lstrip("#$% ") for line in lines if line.strip())
-    nearest = [cells for note in reversed(notes) if len(cells := _head_cells(note, delimiter, width)) == width]
-    nearest = [cells for cells in nearest if not _holds_a_number(cells)]
+def _heads(lines: Sequence[str], delimiter: str, width: int, filled: int) -> tuple[tuple[Head, ...], tuple[str, ...]]:
+    """Names and units from the lines above the table, the nearest first, and all those lines as notes.
+
+    filled: columns up to the last that holds anything.
+    """
+    above = [line.lstrip(" #$%") for line in lines if line.strip()]
+    exact = [_head_cells(line, delimiter, width) for line in reversed(above)]
+    fitted = [_fitted(cells, width, filled) if delimiter != " " else cells for cells in exact]
+    nearest = [*fitted[:NEAREST], *exact[NEAREST:]]
+    nearest = [cells for cells in nearest if len(cells) == width and not _holds_a_number(cells[:filled])]
+    labelled = next((cells for cells in fitted if len(cells) == width and cells[0].lower() in UNIT_LABELS), None)
     units: list[str | None] = [None] * width
-    lowest = next((k for k, cells in enumerate(nearest[:-1]) if _are_units(cells)), None)
-    if lowest is not None and lowest <= 2:
+    lowest = next((k for k, cells in enumerate(nearest) if _are_units(cells)), None)
+    if lowest is not None and lowest <= 2 and (lowest + 1 < len(nearest) or lowest == 0):
         units = [_unit_text(cell) or None for cell in nearest[lowest]]
         nearest = nearest[lowest + 1 :]
+    elif labelled is not None:
+        units = [None, *(_unit_text(cell) or None for cell in labelled[1:])]
+        nearest = [cells for cells in nearest if cells != labelled]
+    nearest = [cells for cells in fitted if len(cells) == width and cells[0].lower() in NAME_LABELS] or nearest
     named = nearest and any(re.search("[A-Za-z]", cell) for cell in nearest[0])
+    names = nearest[0] if named else [str(i + 1) for i in range(width)] if any(units) else []
     heads = (
         _head(cell, None) if unit is None else replace(head_of(cell, unit), text=cell)
-        for cell, unit in (zip(nearest[0], units, strict=True) if named else ())
+        for cell, unit in zip(names, units if names else (), strict=True)
     )
-    return tuple(heads), notes
+    return tuple(heads), tuple(line.strip() for line in above)
+
+
+def _refuse_common_factor(path: Path, above: Sequence[str]) -> None:
+    """Raises MeasuredError for a factor that MATLAB shows once, above all numbers of a matrix."""
+    for i, line in enumerate(above, 1):
+        if _FACTOR.fullmatch(line):
+            raise MeasuredError(
+                f'{path}, line {i}: "{line.strip()}" multiplies all numbers below it; write them in full (format '
+                "long g, or writematrix), or multiply them and delete the line"
+            )
+
+
+def _refuse_parted_decimals(
+    path: Path, above: Sequence[str], rows: Sequence[tuple[int, tuple[str, ...]]], delimiter: str, filled: int
+) -> None:
+    """Raises MeasuredError where commas part the cells and their decimals: 0,5,1,25 below the heads of two columns."""
+    names = _cells(next((line for line in reversed(above) if line.strip()), ""), delimiter)
+    parted = delimiter == "," and 1 < len(names) < filled <= 2 * len(names) and all(names)
+    if (
+        parted
+        and not any(_number(name, "") for name in names)
+        and not any("." in c for _, cells in rows for c in cells)
+    ):
+        raise MeasuredError(
+            f"{path}, line {rows[0][0]}: {filled} numbers stand below the heads of {len(names)} columns, all of them "
+            "whole: commas part the columns and mark decimals; export the file with semicolons, or with decimal points"
+        )
+
+
+def _fitted(cells: Sequence[str], width: int, filled: int) -> list[str]:
+    """Cells of a line as many as a row's: what stands beyond them, above no column, goes; empty columns get none."""
+    return [*cells, *[""] * (width - len(cells))][:width] if len(cells) >= filled else list(cells)
 
 
 def _rows_lost_above(path: Path, above: Sequence[str], delimiter: str, width: int) -> list[str]:
@@ -506,7 +606,8 @@ def _rows_lost_above(path: Path, above: Sequence[str], delimiter: str, width: in
     errors = []
     for i in range(len(above), 0, -1):
         cells = _cells(above[i - 1], delimiter)
-        if len(cells) != width or not _number(cells[0], "") or _numbers(cells) is not None:
+        longer = delimiter != " " and len(cells) > width and _numbers(cells[:width]) is not None
+        if not longer and (len(cells) != width or not _number(cells[0], "") or _numbers(cells) is not None):
             break
         errors.append(
             f'{path}, line {i}: "{above[i - 1].strip()[:40]}" is not {width} numbers, as the rows below it are; a gap '
@@ -524,7 +625,12 @@ def _head_cells(line: str, delimiter: str, width: int) -> list[str]:
 
 
 def _holds_a_number(cells: Sequence[str]) -> bool:
-    """Whether a line tells figures of its columns, such as their largest reading, and so names none."""
+    """Whether a line tells figures of its columns, such as their largest reading, and so names none.
+
+    The channels' own numbers, 1, 2 and so on, are names.
+    """
+    if list(cells[1:]) == [str(i) for i in range(1, len(cells))]:
+        return False
     return len(cells) > 1 and any(cell not in RATIO and _number(cell, "") for cell in cells[1:])
 
 
@@ -533,7 +639,8 @@ def _are_units(cells: Sequence[str]) -> bool:
     bare = [_unit_text(cell) for cell in cells]
     if any(bare) and all(map(_is_unit, bare)):
         return True
-    return _is_unit(bare[0]) and si_unit(bare[0]) == "s" and all(not c or _measures_something(c) for c in bare)
+    first = next(filter(None, bare), "")
+    return _is_unit(first) and si_unit(first) == "s" and all(not c or _measures_something(c) for c in bare)
 
 
 def _unit_text(cell: str) -> str:

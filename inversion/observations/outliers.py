@@ -21,6 +21,9 @@ MISSING = 1.5  # of a step between two readings: more is a gap
 LOST_SHARE = 0.8  # of the extreme
 FROZEN_RUN = 8  # equal readings in a row
 REPEATS = 0.05  # share of equal neighbours elsewhere, beyond which repeating is the digitiser's way
+HELD_RUNS = 8  # runs of equal readings from which a held channel is seen
+HELD_SHARE = 0.8  # of these runs that are equally long
+HELD_STEPS = 3.0  # steps of the digitiser by which a held channel usually moves, at least
 BAND = 7.0  # standard deviations of the noise from a record's extreme: readings of a flat top keep within it
 FLAT_POINTS = 30
 FLAT_SHARE = 0.95  # of the readings between the first and the last in that band
@@ -39,6 +42,25 @@ JUMP_STEPS = 20.0  # times the usual change between neighbours
 JUMP_GAP = 2.5  # of a step: an outlier beside the jump has been left out
 MAD_TO_SIGMA = 1.4826
 NEIGHBOURS_SIGMA = 1.39  # of a point minus the cubic through four neighbours, for white noise of 1
+
+
+def held(values: Array) -> NDArray[np.bool_]:
+    """(n,) True at readings that only repeat the one before, as many in a row each time: of a slower channel.
+
+    A logger that writes all channels at the fastest one's rate does so. A slow motion in steps of a coarse digitiser
+    repeats readings too, but goes on by one step.
+    """
+    begins = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]])) if len(values) else np.zeros(0, int)
+    lengths = np.diff(begins)[1:]
+    marked = np.zeros(len(values), dtype=bool)
+    if len(lengths) < HELD_RUNS:
+        return marked
+    usual, moves = float(np.median(lengths)), float(np.median(np.abs(np.diff(values[begins]))))
+    if usual < 2.0 or (lengths == usual).mean() < HELD_SHARE or moves < HELD_STEPS * digitiser_step(values):
+        return marked
+    marked[:] = True
+    marked[begins] = False
+    return marked
 
 
 def clipped(values: Array) -> NDArray[np.bool_]:
@@ -109,7 +131,7 @@ def saturated(values: Array, sigma: float) -> NDArray[np.bool_]:
     for sign in (1.0, -1.0):
         heights = sign * values
         top = heights.max()
-        inside = np.flatnonzero(heights > top - BAND * sigma)
+        inside = np.flatnonzero(heights >= top - BAND * sigma)
         first, last = int(inside[0]), int(inside[-1])
         length = last - first + 1
         if top < CLIPPED_SHARE * peak or length < FLAT_POINTS or len(inside) < FLAT_SHARE * length:

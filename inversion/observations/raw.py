@@ -20,11 +20,15 @@ LEAVES = 8.0  # standard deviations of that mean
 MOVES = 0.05  # of the record's range: a beginning that changes by more is no rest
 SPARE = 0.9  # of the time until the response is seen: it begins before that
 
+_EXAMPLES = {"m": "0.05 mm", "N": "0.1 kN", "Pa": "0.05 MPa", "": "20 um/m"}
+"""SI unit of a channel -> a noise for messages."""
+
 
 def read_raw(measured: Measured) -> tuple[ChannelRecord, ...]:
     """The channels as the reader of calibrations would take them, the whole record long and without a case."""
     first, last = float(measured.time[0]), float(measured.time[-1])
-    return read_record(measured, Expected(measured.units, first, last, rest_until(measured), of="the file"))
+    alone = Expected(measured.units, first, last, rest_until(measured), of="the file", modelled=False)
+    return read_record(measured, alone)
 
 
 def rest_until(measured: Measured) -> float:
@@ -82,13 +86,14 @@ def with_sigma(measured: Measured, stated: Mapping[str, float | None]) -> Measur
     found = {one.name: one.noise for one in read_raw(measured)}
     sigma = dict(measured.sigma)
     for name, value in stated.items():
+        example = _EXAMPLES.get(measured.units[name], f"1 {measured.units[name]}")
         if value is not None and not value > 0.0:
             raise MeasuredError(f'--sigma {name}: a standard deviation is above 0, such as --sigma {name}="0.05 mm"')
         if value is None and not found[name].known:
             raise MeasuredError(
                 f"--sigma record: {name} in {measured.path} gives no estimate of its noise: fewer than "
-                f"{FEWEST_FOR_TEST} points before its response, and no white noise between neighbours; state it: "
-                '--sigma "0.05 mm"'
+                f"{FEWEST_FOR_TEST} points before its response, and no white noise between neighbours, where only a "
+                f'displacement can show it; state it: --sigma {name}="{example}"'
             )
         level = found[name].level if value is None else value
         sigma[name] = np.where(np.isfinite(measured.channels[name]), level, np.nan)

@@ -9,7 +9,7 @@ model's is for the fit to find, within the time origin's standard deviation.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from birdstrike.inversion.observations.outliers import (
     clipped,
     dropouts,
     frozen,
+    held,
     jumps,
     lost_at_the_extreme,
     outliers,
@@ -43,6 +44,7 @@ OUTLIER = "far off their neighbours"
 SATURATED = "flat, but for their noise, at the record's extreme"
 DROPOUT = "dropouts (one reading again and again, far off those around)"
 BESIDE = "beside a clipped stretch, within reach of their noise,"
+HELD = "held (a slower channel's reading repeated)"
 FROZEN = "frozen (one reading repeated)"
 OWN_SHARE = (
     0.5  # of the variance between neighbours that may be the model's own before the noise cannot be read from it
@@ -58,6 +60,7 @@ MEANING = {
     BESIDE: "only readings that their noise made low are left there, which would pull the fit",
     FROZEN: "the logger or the sensor had stopped; what it says from there on is not the plate's motion; look at the "
     "record there, and at the cable",
+    HELD: "the first of each is kept, for a repeated one is late; export the channel at its own rate",
     OUTLIER: "single readings would pull the fit; look at the record there, for what is real in it is lost to the fit",
 }
 
@@ -75,7 +78,7 @@ class Expected:
     when the plate is surely at rest [s]; noise: sensor -> standard deviation that the case states, SI; of: what has the
     sensors, in messages; spared: what the simulation covers beyond `end` [s]; runs: where simulations are at hand,
     their clock (m,) [s] and sensor -> curves (runs, m), SI: what scatters between neighbouring instants in them is no
-    noise of the record.
+    noise of the record; modelled: whether the record is to be compared with a model, which rings as the sensor does.
     """
 
     units: Mapping[str, str]
@@ -86,6 +89,7 @@ class Expected:
     of: str = "the case"
     spared: float = 0.0
     runs: tuple[Array, Mapping[str, Array]] | None = None
+    modelled: bool = True
 
     @classmethod
     def of_case(cls, case: Case, end: float, spare: float = 0.0) -> Expected:
@@ -133,7 +137,7 @@ def _first_motion(dataset: Dataset) -> float:
 
 @dataclass(frozen=True)
 class Cut:
-    """Points that were left out: why (OUTSIDE, CLIPPED, BESIDE, FROZEN or OUTLIER), and their instants [s]."""
+    """Points that were left out: why (OUTSIDE, HELD, CLIPPED, BESIDE, FROZEN or OUTLIER), and their instants [s]."""
 
     reason: str
     times: Array
@@ -249,6 +253,7 @@ def _channel(
     zero: bool,
 ) -> ChannelRecord:
     """One channel; indices run over the points that are no gaps."""
+    measured, late = _without_held(measured, name)
     times, values = measured.points(name)
     unit, column = measured.units[name], measured.sigma.get(name)
     sigma = None if column is None else column[np.isfinite(measured.channels[name])]
@@ -284,7 +289,10 @@ def _channel(
         values[kept] - rest if zero and baseline is not None else values[kept],
         noise.at(left),
         before.offset,
-        tuple(Cut(reason, times[which]) for reason, which in cuts.items() if len(which)),
+        (
+            *((Cut(HELD, late),) if len(late) else ()),
+            *(Cut(reason, times[which]) for reason, which in cuts.items() if len(which)),
+        ),
         (
             *remarks,
             *more,
@@ -295,6 +303,16 @@ def _channel(
         baseline,
         zero and baseline is not None,
     )
+
+
+def _without_held(measured: Measured, name: str) -> tuple[Measured, Array]:
+    """The record with gaps where a channel only repeats a slower one's reading, and the instants of these."""
+    times, values = measured.points(name)
+    repeated = held(values)
+    if not repeated.any():
+        return measured, times[:0]
+    channel = np.where(np.isin(measured.time, times[repeated]), np.nan, measured.channels[name])
+    return replace(measured, channels={**measured.channels, name: channel}), times[repeated]
 
 
 def _refuse_few(
@@ -352,9 +370,12 @@ def _clock(measured: Measured, name: str) -> str:
 
 
 def _white(expected: Expected, name: str, times: Array, values: Array) -> tuple[float, float] | None:
-    """White noise of the record between neighbouring points, what the runs scatter themselves taken out."""
+    """White noise of the record between neighbouring points, what the runs scatter themselves taken out.
+
+    None without a model for anything but a displacement: a force or a strain moves between two samples by itself.
+    """
     found = white_scatter(times, values)
-    if found is None:
+    if found is None or not (expected.modelled or expected.units[name] == "m"):
         return None
     own = expected.own_scatter(name, times)
     if own**2 > OWN_SHARE * found[0] ** 2:

@@ -93,10 +93,19 @@ def test_scale_and_unit_may_name_their_sensor(tmp_path: Path) -> None:
     assert (record.channels["w"].tolist(), record.channels["force"].tolist()) == ([0.0, 2e-3], [0.0, 3e3])
 
 
+def test_a_scale_may_be_per_a_quotient(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t_ms,load [mV/V]\n0,0\n1,2\n")
+    out = tmp_path / "o.csv"
+    options = ("--sensor", "f=load", "--scale", "50 kN/(mV/V)", "--out", out)
+    assert invoke("import", tmp_path / "a.csv", *options).exit_code == 0
+    assert read_measured(out).channels["f"].tolist() == [0.0, 1e5]
+
+
 @pytest.mark.parametrize(
     ("options", "why"),
     [
         (("--unit", "x=mm"), "--unit x=mm: x is no --sensor; named: w"),
+        (("--scale", "2,5 mm/V"), '--scale 2,5 mm/V has a decimal comma; write "2.5 mm/V"'),
         (("--scale", "minus"), "--scale minus is not a number; write --scale -1"),
         (("--unit", "bananas"), '"bananas" is not a unit'),
     ],

@@ -81,6 +81,19 @@ def test_zero_of_a_record_without_rest_is_refused(tmp_path: Path) -> None:
     assert "points at rest before its response and needs 8" in found.output
 
 
+def test_a_force_without_rest_gives_no_noise_of_its_own(tmp_path: Path) -> None:
+    """Its ringing between two samples was written into the record as noise."""
+    time = 1e-5 * np.arange(300)
+    force = 20.0 * np.sin(np.pi * time / 3e-3) + 3.0 * np.sin(2.0 * np.pi * 38e3 * time)
+    rows = "".join(f"{t:.5f},{f:.4f}\n" for t, f in zip(time, force, strict=True))
+    (tmp_path / "a.csv").write_text(f"t [s],F [kN]\n{rows}")
+    options = ("--sensor", "reaction_force", "--out", tmp_path / "o.csv")
+    found = invoke(tmp_path / "a.csv", *options, "--sigma", "record")
+    assert found.exit_code == 1
+    assert 'where only a displacement can show it; state it: --sigma reaction_force="0.1 kN"' in found.output
+    assert "noise" not in invoke(tmp_path / "a.csv", *options).output
+
+
 @pytest.mark.parametrize(("given", "sigma"), [("0.05 mm", 5e-5), (f"{CENTRE}=50 um", 5e-5), ("record", 3e-5)])
 def test_sigma_states_the_noise_in_the_record(tmp_path: Path, given: str, sigma: float) -> None:
     found = invoke(export(tmp_path / "a.csv"), "--sensor", CENTRE, "--sigma", given, "--out", tmp_path / "o.csv")

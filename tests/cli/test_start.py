@@ -133,6 +133,21 @@ def test_a_column_is_by_default_what_its_unit_or_its_name_says(tmp_path: Path) -
     assert shot.until == "0.7 ms", "0.39 ms of the record, and a little before its response is seen"
 
 
+def test_a_number_of_the_row_is_by_default_neither_clock_nor_sensor(tmp_path: Path) -> None:
+    path = tmp_path / "dic.csv"
+    path.write_text("Index [1],Time [s],Point 1 dZ [mm]\n" + "".join(f"{k},{1e-3 * k},{k % 3}\n" for k in range(9)))
+    shot = Interview(Answers({"record": {"file": "dic.csv"}}), factor_of).shot()
+    assert shot.time == "Time"
+    assert [column.name for column in shot.columns.values()] == ["Point 1 dZ"]
+
+
+def test_a_column_of_text_or_of_nothing_is_not_asked_about(tmp_path: Path) -> None:
+    rows = "".join(f"img_{k}.tif,{1e-3 * k},{k % 3},,\n" for k in range(9))
+    (tmp_path / "dic.csv").write_text("x" * 200_000 + "\nFile,Time [s],dZ [mm],F [kN],\n" + rows)
+    shot = Interview(Answers({"record": {"file": "dic.csv"}}), factor_of).shot()
+    assert [column.name for column in shot.columns.values()] == ["dZ"]
+
+
 def test_an_answer_that_is_due_is_named(export: Path) -> None:
     path = answered(export)
     path.write_text(path.read_text().replace('kind = "leave"', 'kind = "displacement"'))

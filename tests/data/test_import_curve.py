@@ -84,6 +84,11 @@ TWO_COLUMNS = {
     "tabs, header with units": ("time [ms]\tz (mm)\n0.34\t0.121246\n0.59\t1.232132\n", {}),
     "a comment as header": ("# shot 12\n# t_ms,w_mm\n0.34,0.121246\n0.59,1.232132\n", {}),
     "decimal commas": ("Zeit (ms);Weg (mm)\n0,34;0,121246\n0,59;1,232132\n", {}),
+    "rows of empty cells": ("t_ms;w_mm;\n0.34;0.121246;\n0.59;1.232132;\n;;\n;;\n", {}),
+    "a very long line above": ('"' + "x" * 200_000 + "\nt_ms,w_mm\n0.34,0.121246\n0.59,1.232132\n", {}),
+    "strokes": ("Zeit [ms]|Weg [mm]\n0.34|0.121246\n0.59|1.232132\n", {}),
+    "units behind a word": ("Zeit in ms;Weg in mm\n0,34;0,121246\n0,59;1,232132\n", {}),
+    "units behind a comma": ('"Time, µs","Disp, mm"\n340,0.121246\n590,1.232132\n', {}),
     "a line of units": ("t,w\nms,mm\n0.34,0.121246\n0.59,1.232132\n", {}),
     "Fortran": ("  3.4D-01  1.21246D-01\n  5.9D-01  1.232132D+00\n", MM_MS),
     "names with blanks, blanks between": ("Time (ms)   Disp at centre (mm)\n0.34  0.121246\n0.59  1.232132\n", {}),
@@ -116,6 +121,70 @@ def test_two_columns_however_they_are_written(tmp_path: Path, kind: str) -> None
     assert not found.simulated
 
 
+OF_INSTRUMENTS = {
+    "oscilloscope, units written out": ("X,CH1,\nSecond,Volt,\n", "{t},{w},\n", "CH1"),
+    "oscilloscope, channels by number": ("x-axis,1\nsecond,Volt\n", "{t},{w}\n", "1"),
+    "a comment's column that no row has": (
+        "Y_Unit_Label\tV\t\t\nX0\t0\t\t\n***End_of_Header***\t\t\t\n\nX_Value\tLaser\tComment\n",
+        "{t}\t{w}\n",
+        "Laser",
+    ),
+    "names and units behind a word, a date below them": (
+        '"TraceName","CH1 "\n"VUnit","V"\n"HOffset",0\n"Date","2026/03/12"\n\n',
+        "{t},{w},\n",
+        "CH1",
+    ),
+    "an empty column on the left": ("\tVersuch 12\n\tZeit\tWeg\n\ts\tV\n", "\t{t}\t{w}\n", "Weg"),
+    "the head again on every page": ("t [s];w [V]\n", "{t};{w}\n", "w"),
+}
+
+
+@pytest.mark.parametrize("kind", OF_INSTRUMENTS)
+def test_heads_of_instruments_name_their_columns(tmp_path: Path, kind: str) -> None:
+    head, row, column = OF_INSTRUMENTS[kind]
+    rows = [row.format(t=f"{1e-3 * k:.3f}", w=k % 5) for k in range(12)]
+    again = head if "again" in kind else ""
+    options = ImportOptions({"w": column}, units={"time": "s", "w": "mm"}, scales={"w": 2.5}, per={"w": "V"})
+    found = imported(tmp_path / "a.csv", "".join([head, *rows[:6], again, *rows[6:]]), options)
+    assert found.time == pytest.approx(1e-3 * np.arange(12))
+    assert found.channels["w"] == pytest.approx(2.5e-3 * (np.arange(12) % 5))
+    assert any("lines that repeat the head were left out: 1, the first line 8" in t for t in found.provenance) == (
+        "again" in kind
+    )
+
+
+def test_the_number_of_a_sample_beside_a_row_of_volts(tmp_path: Path) -> None:
+    text = "X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-1.0e-03,1.0e-03\n0,0,5,\n1,2,6,\n2,4,7,\n"
+    options = ImportOptions({"w": "CH2"}, rate="1 ms", shift="-1 ms", units={"w": "mm"}, scales={"w": 1.0})
+    with pytest.raises(UserError, match='"CH2" is in Volt, which is no unit of a sensor'):
+        imported(tmp_path / "a.csv", text, replace(options, units={}))
+    found = imported(tmp_path / "a.csv", text, options)
+    assert found.time.tolist() == [-1e-3, 0.0, 1e-3]
+    assert found.channels["w"].tolist() == [5e-3, 6e-3, 7e-3]
+
+
+def test_a_second_record_is_not_joined_to_the_first_by_the_rate(tmp_path: Path) -> None:
+    text = "w [mm];f [kN]\n0;1\n1;2\nw [mm];f [kN]\n0;1\n1;2\n"
+    with pytest.raises(UserError, match=r'line 4: "w \[mm\];f \[kN\]" is not 2 numbers'):
+        imported(tmp_path / "a.csv", text, ImportOptions({"w": "w"}, rate="1 ms"))
+
+
+def test_settings_beside_the_first_rows_are_read_past_and_no_row_is_lost(tmp_path: Path) -> None:
+    """The rows above the first one without a word beside it were lost without a word."""
+    beside = ["Record Length,80", "Sample Interval,1e-3", "Trigger Point,0", "", "Source,CH1", "Vertical Units,V"]
+    rows = [f"{beside[k] if k < len(beside) and beside[k] else ','},,{1e-3 * k:.3f},{k % 5},\n" for k in range(80)]
+    options = ImportOptions({"w": ""}, units={"time": "s", "w": "mm"})
+    found = imported(tmp_path / "scope.csv", "".join(rows), options)
+    assert found.time == pytest.approx(1e-3 * np.arange(80))
+    assert found.channels["w"] == pytest.approx(1e-3 * (np.arange(80) % 5))
+
+
+def test_a_comment_behind_the_first_row_does_not_lose_it(tmp_path: Path) -> None:
+    text = "t [s]\tw [mm]\n0\t1\tshot 12\n1\t2\n2\t3\n"
+    with pytest.raises(UserError, match=r"line 2: .* is not 2 numbers, as the rows below it are"):
+        imported(tmp_path / "a.lvm", text, ImportOptions(CENTRE))
+
+
 def test_csv_with_other_headers_by_name_and_by_number(tmp_path: Path) -> None:
     text = "Date;11/21\nSample;t (ms);Disp Z (mm);Force (kN)\n1;0.0;0.0;\n2;0.1;-0.5;12.5\n3;0.2;;13.5\n"
     columns = {"displacement_centre": "disp z", "contact_force": "4"}
@@ -132,6 +201,99 @@ def test_a_clock_that_stands_twice_is_one_clock(tmp_path: Path) -> None:
     text = "t_ms,w_mm,t_us,f_kN\n0,0,0,0\n1,1,1000,1\n2,2,,\n"
     found = imported(tmp_path / "daq.csv", text, ImportOptions({"w": "w", "f": "f"}))
     np.testing.assert_array_equal(found.channels["f"], [0.0, 1e3, np.nan])
+
+
+CLOCKS = {
+    "called times": ("Time_w,w,Time_f,f", ImportOptions({"w": "w", "f": "f"}), 3),
+    "numbered": ("t1,w,t2,f", ImportOptions({"w": "w", "f": "f"}), 3),
+    "without heads": ("", ImportOptions({"w": "2", "f": "4"}), 3),
+    "behind their readings": ("w [mm],t [ms],f [kN],t [ms]", ImportOptions({"w": "w", "f": "f"}, "2"), 4),
+}
+
+
+@pytest.mark.parametrize("kind", CLOCKS)
+def test_a_reading_is_never_put_on_the_clock_of_another(tmp_path: Path, kind: str) -> None:
+    """Two channels at 1 and 2 kHz: the second was read at half its speed, without a word."""
+    head, options, place = CLOCKS[kind]
+    readings = (0.0, 1.5, 3.0, 2.0, 2.5, 0.5, 1.0, 0.7, 0.2, 0.1)
+    order = (1, 0, 3, 2) if place == 4 else (0, 1, 2, 3)
+    made = [(k, w, 0.5 * k, w + 1.0) for k, w in enumerate(readings)]
+    rows = "".join(",".join(str(row[i]) for i in order) + "\n" for row in made)
+    units = {} if "[" in head else {"time": "ms", "w": "mm", "f": "kN"}
+    with pytest.raises(UserError, match=rf"\(f\) stands (behind|before) a clock of its own, column {place} "):
+        imported(tmp_path / "daq.csv", f"{head}\n{rows}", replace(options, units=units))
+
+
+def test_the_shorter_of_two_records_beside_each_other_comes_in_by_its_clock(tmp_path: Path) -> None:
+    text = "t [ms],w [mm],t [ms],f [kN]\n0,0,0,0\n1,1,0.5,1\n2,2,,\n3,3,,\n"
+    assert imported(tmp_path / "a.csv", text, ImportOptions({"f": "f"}, "3")).time.tolist() == [0.0, 5e-4]
+
+
+def test_an_even_reading_that_has_a_unit_is_no_clock(tmp_path: Path) -> None:
+    rows = "".join(f"{k},{0.5 * k},{k * k}\n" for k in range(10))
+    found = imported(tmp_path / "daq.csv", f"t [ms],Weg [mm],f [kN]\n{rows}", ImportOptions({"f": "f"}))
+    assert found.channels["f"][-1] == 81e3
+
+
+def test_one_column_is_not_both_clock_and_reading(tmp_path: Path) -> None:
+    options = ImportOptions({"w": "w"}, units={"time": "ms", "w": "mm"})
+    with pytest.raises(
+        UserError, match=r'"w" is taken for the clock and for w; choose the column of the clock: --time'
+    ):
+        imported(tmp_path / "daq.csv", "w,f\n0,1\n1,2\n", options)
+
+
+@pytest.mark.parametrize(
+    "head", ["Index,Time [s],w [mm]", "Index [1],t [s],w [mm]", "Stage,Zeit [s],w [mm]", "w [mm],Zeit [s]"]
+)
+def test_the_clock_is_found_behind_another_column(tmp_path: Path, head: str) -> None:
+    rows = ("0,0.5,0", "1,0.6,1", "2,0.7,2") if head.count(",") == 2 else ("0,0.5", "1,0.6", "2,0.7")
+    found = imported(tmp_path / "dic.csv", "\n".join([head, *rows]), ImportOptions({"w": ""}))
+    assert found.time.tolist() == [0.5, 0.6, 0.7]
+    assert found.channels["w"].tolist() == [0.0, 1e-3, 2e-3]
+
+
+def test_a_number_of_the_row_is_not_read_as_milliseconds(tmp_path: Path) -> None:
+    options = ImportOptions({"w": "w"}, units={"time": "ms", "w": "mm"})
+    found = imported(tmp_path / "a.csv", "Index,Time,w\n0,0.5,0\n1,0.6,1\n2,0.7,2\n", options)
+    assert found.time.tolist() == [0.5e-3, 0.6e-3, 0.7e-3]
+
+
+FRAMES = {
+    "whole numbers": ("Frame;w [mm]", ("1", "2", "4")),
+    "decimals": ("Frame;w [mm]", ("1.0", "2.0", "4.0")),
+    "before the trigger": ("Frame;w [mm]", ("-1", "0", "2")),
+    "behind the picture's name": ("File;Frame;w [mm]", ("a.tif;1", "b.tif;2", "c.tif;4")),
+}
+
+
+@pytest.mark.parametrize("kind", FRAMES)
+@pytest.mark.parametrize("rate", ["10 kHz", "10000 fps", "10 kS/s", "0.01 MSa/s"])
+def test_the_frames_of_a_camera_are_counted_and_a_lost_one_leaves_its_time_out(
+    tmp_path: Path, kind: str, rate: str
+) -> None:
+    """The third frame is lost: by the number of the row all that follows came 0.1 ms too early."""
+    head, frames = FRAMES[kind]
+    rows = "".join(f"{frame};{k}.5\n" for k, frame in enumerate(frames))
+    found = imported(tmp_path / "track.csv", f"{head}\n{rows}", ImportOptions({"w": "w"}, rate=rate))
+    assert np.diff(found.time) == pytest.approx([1e-4, 2e-4], rel=1e-12)
+
+
+def test_a_rate_that_contradicts_the_clock_behind_a_number_of_the_row_is_refused(tmp_path: Path) -> None:
+    text = "i,t [ms],w [mm]\n5,-1.0,0\n6,-0.9,1\n8,-0.7,2\n"
+    with pytest.raises(UserError, match=r'its column "t" spans 0.3 ms and its 3 rows at --rate 0.6 ms'):
+        imported(tmp_path / "a.csv", text, ImportOptions({"w": ""}, rate="5 kHz"))
+    found = imported(tmp_path / "a.csv", text, ImportOptions({"w": ""}, rate="10 kHz"))
+    assert found.time == pytest.approx([-1e-3, -0.9e-3, -0.7e-3], rel=1e-12)
+
+
+def test_a_clock_that_is_named_is_not_multiplied_by_the_rate(tmp_path: Path) -> None:
+    """--time t --rate "10 kHz" took the times for numbers of samples."""
+    text = "t [ms],u [V],w [mm]\n0,0.5,0\n0.1,1.5,1\n0.2,0.5,2\n"
+    found = imported(tmp_path / "a.csv", text, ImportOptions({"w": "w"}, "t", rate="10 kHz"))
+    assert found.time.tolist() == [0.0, 1e-4, 2e-4]
+    with pytest.raises(UserError, match=r"--time u: with --rate it counts samples, .*; leave --time out"):
+        imported(tmp_path / "a.csv", text, ImportOptions({"w": "w"}, "u", rate="10 kHz"))
 
 
 def test_a_column_is_read_on_its_own_clock_where_that_is_chosen(tmp_path: Path) -> None:
@@ -180,7 +342,7 @@ WRONG = [
     ("0 0\n1 1\n", ImportOptions(CENTRE), r'column "1" has no unit; say which: --time-unit ms'),
     ("0 0\n1 1\n", ImportOptions(CENTRE, units={"time": "ms"}), r"no unit; say which: --unit displacement_centre=mm"),
     ("t_ms,w_mm\n0,0\n1,1\n", ImportOptions(CENTRE, units={"time": "s"}), r'"t" is in ms, and --time-unit says s'),
-    ("w_mm,t_ms\n0,0\n1,1\n", ImportOptions(CENTRE), r'"w" is no time; choose the clock\'s column: --time NAME'),
+    ("w_mm,f_kN\n0,0\n1,1\n", ImportOptions({"f": "f"}), r'"w" is no time; choose the clock\'s column: --time NAME'),
     ("t_ms,a_mm,b_mm\n0,0,0\n1,1,1\n", ImportOptions(CENTRE), r'which column is "displacement_centre"\? .*: t, a, b'),
     ("t_ms,a_mm\n0,0\n1,1\n", ImportOptions({"w": "z"}), r'has no column "z"; its columns: t, a'),
     ("t_ms,a_mm\n0,0\n1,1\n", ImportOptions({"w": "a"}, node=3), r"is no nodout: --node has nothing to choose from"),
@@ -195,6 +357,24 @@ WRONG = [
         ImportOptions({"w": "2", "f": "4"}, "1"),
         r'column "f" \(f\) stands behind a clock of its own, column 3 "t", .* with --time 3',
     ),
+    ("t [kg],a_mm\n0,0\n1,1\n", ImportOptions({"w": "a"}), r'"t" is no time'),
+    (
+        "400,2\n16,1\nTime [ms],w [mm]\n0,0\n1,1\n2,2\n",
+        ImportOptions(CENTRE),
+        r'line 3: "Time \[ms\],w \[mm\]" is not 2 numbers .*; where a second table begins, put each into a file of',
+    ),
+    (
+        "Zeit [ms],Weg [mm]\n0,0,500\n1,1,250\n2,0,125\n",
+        ImportOptions({"w": "2"}, units={"time": "ms", "w": "mm"}),
+        r"line 2: 3 numbers stand below the heads of 2 columns, all of them whole: commas part the columns and mark",
+    ),
+    ('"' + "x" * 200_000 + "\njust text\n", ImportOptions(CENTRE), "holds no table"),
+    (
+        "data =\n\n   1.0e+03 *\n\n    0.0001    0.0052\n    0.0002    0.0061\n",
+        ImportOptions(CENTRE, units=MM_MS),
+        r'line 3: "1.0e\+03 \*" multiplies all numbers below it; write them in full',
+    ),
+    ("t [V],a_mm\n0,0\n1,1\n", ImportOptions({"w": "a"}), r'"t" is in V, which is no unit of time; .*--time-unit ms'),
     ("just text\nand more\n", ImportOptions(CENTRE), r"no table: no two lines in a row of two or more numbers each"),
     ("t [ms],f [lbs]\n0,0\n1,1\n", ImportOptions({"f": ""}), r'in lbs, a mass, .* --scale f="1 lbf/lbs"'),
     ("t [ms],f [kg]\n0,0\n1,1\n", ImportOptions({"f": ""}), r'in kg, a mass, .* --scale f="1 kgf/kg"'),
@@ -225,6 +405,13 @@ CELLS = {
     "an infinity": ("t_ms;w_mm\n0;1\n1;\u221e\n2;-\u221e\n3;2\n", [1.0, np.nan, np.nan, 2.0], '1 cell "\u221e"'),
     "stars": ("t_ms;w_mm\n0;1\n1;*****\n2;3\n", [1.0, np.nan, 3.0], '1 cell "*****"'),
     "SCPI's not a number": ("t_ms,w_mm\n0,1\n1,9.91E+37\n2,3\n", [1.0, np.nan, 3.0], '1 cell "9.91E+37"'),
+    "1E+30 beyond the range": ("t_ms,w_mm\n0,1\n1,1E+30\n2,-1e30\n3,3\n", [1.0, np.nan, np.nan, 3.0], '1 cell "1E+30"'),
+    "not a number in C": (
+        "t_ms,w_mm\n0,1\n1,-1.#IND\n2,1.#QNAN0\n3,1.#INF00\n4,3\n",
+        [1.0, np.nan, np.nan, np.nan, 3.0],
+        '1 cell "-1.#IND"',
+    ),
+    "beyond a limit": ("t_ms,w_mm\n0,1\n1,>4.5\n2,---.---\n3,3\n", [1.0, np.nan, np.nan, 3.0], '1 cell ">4.5"'),
     "typeset minus": ("t_ms,w_mm\n0,\u22121\n1,\u22122\n2,3\n", [-1.0, -2.0, 3.0], ""),
     "apostrophes for thousands": ("t_ms;w_mm\n0;0.5\n1;1'234.5\n2;7\n", [0.5, 1234.5, 7.0], ""),
 }
@@ -316,8 +503,10 @@ def test_points_that_may_part_thousands_are_asked_about(tmp_path: Path) -> None:
         ("11:59:59.9999 AM", "12:00:00.0001 PM", "12:00:00.0002 PM"),
         ("23:59:59.9999", "00:00:00.0001", "00:00:00.0002"),
         ("2026-11-21 10:00:00.0001", "2026-11-21 10:00:00.0003", "2026-11-21 10:00:00.0004"),
+        ("2026-11-21T10:00:00.0001Z", "2026-11-21T10:00:00.0003Z", "2026-11-21T10:00:00.0004Z"),
+        ("10:00:00.0001+01:00", "10:00:00.0003+01:00", "10:00:00.0004+01:00"),
     ],
-    ids=["AM and PM", "over midnight", "with a date"],
+    ids=["AM and PM", "over midnight", "with a date", "in UTC", "with a zone"],
 )
 def test_a_clock_of_the_day_counts_from_its_first_row(tmp_path: Path, stamps: tuple[str, ...]) -> None:
     rows = "".join(f"{stamp},{i}\n" for i, stamp in enumerate(stamps))
@@ -364,6 +553,14 @@ def test_a_column_is_named_as_it_stands_in_the_file_or_without_its_unit(tmp_path
     assert found.channels["displacement_centre"].tolist() == [1e-3, 2e-3]
 
 
+@pytest.mark.parametrize(("sensor", "unit"), [("reaction_force", "kN"), ("strain_1", "um/m"), ("pressure", "MPa")])
+def test_a_column_whose_unit_is_unknown_has_its_name_and_a_fitting_remedy(
+    tmp_path: Path, sensor: str, unit: str
+) -> None:
+    with pytest.raises(UserError, match=rf'"F \[KN\]" has no unit; say which: --unit {sensor}={unit}'):
+        imported(tmp_path / "a.csv", "t_ms,F [KN],G [KN]\n0,1,5\n1,2,6\n", ImportOptions({sensor: "f"}))
+
+
 @pytest.mark.parametrize("asked", ["CH1 [V]", "ch1"])
 def test_volts_are_multiplied_by_what_a_volt_stands_for(tmp_path: Path, asked: str) -> None:
     text = "t_ms,CH1 [V],CH2 [V]\n0,0,5\n1,2,6\n"
@@ -390,6 +587,24 @@ def test_per_cent_of_strain_and_millions_of_psi(tmp_path: Path) -> None:
     found = imported(tmp_path / "a.csv", "t [ms],SG1 [%],P [Msi]\n0,0,0\n1,0.25,1\n", options)
     assert found.channels["strain_1"][1] == pytest.approx(2.5e-3, rel=1e-15)
     assert found.channels["pressure"][1] == pytest.approx(6.894757e9, rel=1e-6)
+
+
+@pytest.mark.parametrize(("unit", "per", "value"), [("mV/V", "mV/V", 4e-3), ("uV/V", "mV/V", 4e-6)])
+def test_the_output_of_a_bridge_is_no_strain(tmp_path: Path, unit: str, per: str, value: float) -> None:
+    """2 mV/V of a quarter bridge are 4000 um/m; they were read as 2000."""
+    text = f"t_ms,SG1 [{unit}]\n0,0\n1,2\n"
+    with pytest.raises(UserError, match=rf'"SG1" is in {unit}, .*--scale strain_1="2000 um/m/\({unit}\)"'):
+        imported(tmp_path / "a.csv", text, ImportOptions({"strain_1": "SG1"}))
+    with pytest.raises(UserError, match="mV/V, which no sensor of a case measures"):
+        imported(tmp_path / "a.csv", "t_ms,SG1\n0,0\n1,2\n", ImportOptions({"s": "SG1"}, units={"s": "mV/V"}))
+    options = {"scales": {"strain_1": 2000.0}, "units": {"strain_1": "um/m"}, "per": {"strain_1": per}}
+    found = imported(tmp_path / "a.csv", text, ImportOptions({"strain_1": "SG1"}, **options))
+    assert found.channels["strain_1"].tolist() == pytest.approx([0.0, value], rel=1e-12)
+
+
+def test_what_no_sensor_measures_is_refused_at_import(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match='"LDV" is in m/s, which no sensor of a case measures'):
+        imported(tmp_path / "a.csv", "t_ms,LDV [m/s]\n0,0\n1,2\n", ImportOptions(CENTRE))
 
 
 @pytest.mark.parametrize("scale", [0.0, np.nan, np.inf])

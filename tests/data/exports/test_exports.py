@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,8 @@ from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
 from birdstrike.data.curves import Measured, read_measured
-from birdstrike.data.errors import MeasuredError
+from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.data.import_curve import ImportOptions, import_record
 
 TIME = 1e-5 * np.arange(200)
 WAVE = 4e-3 * np.sin(np.pi * TIME / 2e-3)  # m
@@ -47,6 +49,67 @@ def test_tdms_channels_with_their_units_and_clock(tmp_path: Path) -> None:
     with nptdms.TdmsWriter(tmp_path / "a.tdms") as file:
         file.write_segment([nptdms.ChannelObject("Shot 12", "laser", 1e3 * WAVE, wave)])
     is_the_wave(imported(tmp_path / "a.tdms", "--sensor", f"{CENTRE}=laser"))
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"wf_increment": 2e-5}, {"wf_start_offset": -1e-3}, {"wf_start_time": np.datetime64("2026-03-12T10:00:00.005")}],
+    ids=["rate", "offset", "start"],
+)
+@pytest.mark.parametrize("count", [200, 150])
+def test_a_tdms_channel_on_a_clock_of_its_own_is_read_on_it(tmp_path: Path, other: dict[str, Any], count: int) -> None:
+    """Every channel of the group was read on the first one's clock."""
+    nptdms: Any = pytest.importorskip("nptdms")
+    start = np.datetime64("2026-03-12T10:00:00")
+    wave = {"unit_string": "mm", "wf_increment": 1e-5, "wf_start_offset": 0.0, "wf_start_time": start}
+    objects = [
+        nptdms.ChannelObject("Shot", "laser", 1e3 * WAVE, wave),
+        nptdms.ChannelObject("Shot", "force", WAVE[:count] + 1.0, {**wave, "unit_string": "kN", **other}),
+    ]
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as file:
+        file.write_segment(objects)
+    both = ImportOptions({CENTRE: "laser", "reaction_force": "force"})
+    with pytest.raises(
+        UserError, match=r'column "force" \(reaction_force\) stands behind a clock of its own, column 3'
+    ):
+        import_record(tmp_path / "a.tdms", both)
+    found = import_record(tmp_path / "a.tdms", ImportOptions({"reaction_force": "force"}, "3"))
+    begin = 5e-3 if "wf_start_time" in other else other.get("wf_start_offset", 0.0)
+    time, force = found.points("reaction_force")
+    np.testing.assert_allclose(time, begin + other.get("wf_increment", 1e-5) * np.arange(count), atol=1e-12)
+    np.testing.assert_allclose(force, 1e3 * (WAVE[:count] + 1.0))
+
+
+def test_a_waveform_without_an_offset_begins_at_zero(tmp_path: Path) -> None:
+    nptdms: Any = pytest.importorskip("nptdms")
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as file:
+        wave = {"unit_string": "mm", "wf_increment": 1e-5}
+        file.write_segment([nptdms.ChannelObject("Shot 12", "laser", 1e3 * WAVE, wave)])
+    is_the_wave(imported(tmp_path / "a.tdms", "--sensor", f"{CENTRE}=laser"))
+
+
+def test_several_times_in_a_file_of_matlab_are_told_apart(tmp_path: Path) -> None:
+    savemat(tmp_path / "a.mat", {"t": TIME, "w": WAVE, "time_f": 2.0 * TIME, "f": WAVE + 1.0})
+    units = {"time": "s", "w": "m", "f": "N"}
+    with pytest.raises(UserError, match=r'"f" \(f\) stands behind a clock of its own, column 3 "time_f"'):
+        import_record(tmp_path / "a.mat", ImportOptions({"w": "w", "f": "f"}, units=units))
+    found = import_record(tmp_path / "a.mat", ImportOptions({"f": "f"}, "time_f", units={"time": "s", "f": "N"}))
+    np.testing.assert_allclose(found.time, 2.0 * TIME)
+
+
+def test_numbers_that_stand_as_text_in_a_sheet_are_asked_about(tmp_path: Path) -> None:
+    """1,503 MPa as text beside a clock of numbers was read as 1503 MPa, and --decimal was passed over."""
+    openpyxl: Any = pytest.importorskip("openpyxl")
+    workbook = openpyxl.Workbook()
+    for row in (["t [ms]", "p [MPa]"], [0.5, "1,503"], [0.75, "2,125"], [1.034, "1,250"]):
+        workbook.active.append(row)
+    workbook.save(tmp_path / "a.xlsx")
+    pressure = ImportOptions({"pressure": "p"})
+    with pytest.raises(UserError, match=r'line 2: "1,503" is 1503 or 1\.503; say which .*: --decimal'):
+        import_record(tmp_path / "a.xlsx", pressure)
+    found = import_record(tmp_path / "a.xlsx", replace(pressure, decimal=","))
+    assert found.time.tolist() == [0.5e-3, 0.75e-3, 1.034e-3]
+    assert found.channels["pressure"].tolist() == [1.503e6, 2.125e6, 1.25e6]
 
 
 def test_a_sheet_of_excel(tmp_path: Path) -> None:

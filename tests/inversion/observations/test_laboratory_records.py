@@ -13,6 +13,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.high_frequency import white_scatter
 from birdstrike.inversion.observations.noise import BeforeContact, Stated, channel_noise
 from birdstrike.inversion.observations.observations import observe
+from birdstrike.inversion.observations.outliers import held
 from birdstrike.inversion.observations.reader import ChannelRecord, Expected, read_record
 from tests.inversion.stand_in import CHANNEL, pulse, record, truth
 
@@ -209,3 +210,37 @@ def test_a_record_that_moves_before_contact_tells_neither_noise_nor_zero() -> No
     assert found.baseline is None
     assert found.noise.level < 1e-4
     assert any("moves before contact" in text and "--shift" in text for text in found.remarks)
+
+
+@pytest.mark.parametrize("before", [0, 100])
+def test_a_force_that_rings_between_two_samples_is_not_taken_for_noise(before: int) -> None:
+    """3 kN at 38 kHz, read every 10 us: 100 N of noise were read as 3 to 4 kN; a displacement has no such part."""
+    clock = STEP * np.arange(-before, 300)
+    force = 20e3 * np.sin(np.pi * clock / 3e-3) + 3e3 * np.sin(2.0 * np.pi * 38e3 * clock)
+    noisy = np.where(clock > 0.0, force, 0.0) + np.random.default_rng(0).normal(0.0, 100.0, len(clock))
+    measured = Measured(clock, {"force": noisy}, {}, {"force": "N"})
+    found = read(measured, Expected({"force": "N"}, 0.0, 3e-3, 0.0, modelled=False))
+    if before:
+        assert found.noise.source == "record before contact"
+        assert found.noise.level == pytest.approx(100.0, rel=0.2)
+    else:
+        assert not found.noise.known
+
+
+def test_a_slower_channel_that_the_logger_repeats_is_read_at_its_own_rate() -> None:
+    """Every tenth reading is one; the others were late, and the true ones were left out as outliers."""
+    own = shot(before=1e-3)
+    values = own.channels[CHANNEL]
+    repeated = replace(own, channels={CHANNEL: values[np.arange(len(values)) // 10 * 10]})
+    found = read(repeated, NO_NOISE_STATED, zero=False)
+    slow = replace(own, time=own.time[::10], channels={CHANNEL: values[::10]})
+    wanted = read(slow, NO_NOISE_STATED, zero=False)
+    assert found.times.tolist() == wanted.times.tolist()
+    assert found.values.tolist() == wanted.values.tolist()
+    assert found.noise.level == wanted.noise.level
+    assert "360 points at -0.99 .. 2.99 ms are held (a slower channel's reading repeated)" in found.warnings[0]
+
+
+def test_a_slow_motion_in_steps_of_a_digitiser_is_not_held() -> None:
+    clock = STEP * np.arange(400)
+    assert not held(np.round(clock / 5e-5) * 1e-4).any()

@@ -136,3 +136,10 @@ def test_what_cannot_be_filtered_is_refused() -> None:
     holes = np.where(np.arange(len(TIME)) == 9, np.nan, measured.channels[CHANNEL])
     with pytest.raises(UserError, match="gaps"):
         filtered_record(replace(measured, channels={CHANNEL: holes}), "CFC180")
+
+
+def test_a_single_reading_far_beyond_the_noise_is_no_flat_top() -> None:
+    """-1e17 among millimetres: the band of the noise about it is less than its rounding, which ended in a traceback."""
+    values = np.random.default_rng(0).normal(0.0, 1e-5, 100)
+    values[50] = -1e17
+    assert not saturated(values, 1e-5).any()
