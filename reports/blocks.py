@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from dataclasses import dataclass
 from html import escape
 from typing import Literal
@@ -90,9 +91,14 @@ class Section:
 
 
 def drawing(name: str, figure: Figure, caption: str) -> Picture:
-    """A figure of lines: SVG inside the page, its curves open to the page's switches and pointer."""
+    """A figure of lines: SVG inside the page, named by its caption, its curves open to the page's switches and pointer.
+
+    name: may hold what a user called a shot; as a name in the page it has no space or quote.
+    """
+    name = re.sub(r"[^\w.-]+", "_", name)
     mark_legends(figure)
     markup, found = with_switches(inline_svg(figure, name)), readings(figure)
+    markup = markup.replace('role="img"', f'role="img" aria-labelledby="caption-{name}"', 1)
     values = embedded_json(found) if found else ""
     return Picture(name, markup, caption, pixels(figure), switches_in(figure), values)
 

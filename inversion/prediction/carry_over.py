@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import quantity
+from birdstrike.data.formatting import listing, quantity
 from birdstrike.inversion.conditions import same_structure
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
@@ -199,8 +199,12 @@ def refuse_other_sensors(learnt: Learnt, case: Case) -> list[str]:
             "one of them under sensors"
         )
     elsewhere = [name for name in case.sensors if name not in shared or not same_sensor(learnt.case, case, name)]
+    if not elsewhere:
+        return []
+    one = len(elsewhere) == 1
+    subject = "was not learnt from, or sits" if one else "were not learnt from, or sit"
+    whose = "its model error is that of its" if one else "the model error of each is that of its"
     return [
-        f"{name} was not learnt from, or sits elsewhere: its model error is that of its kind of sensor, not of its own"
-        " record; its bands are wider than a record of it would make them"
-        for name in elsewhere
+        f"{listing(elsewhere)} {subject} elsewhere: {whose} kind of sensor, not of its own record; its bands are wider "
+        "than a record of it would make them"
     ]

@@ -157,10 +157,10 @@ def affordable(learnt: Learnt, budget: int) -> Learnt:
         return replace(learnt, explanations=scaled)
     alone = f"the likeliest {len(kept)}" if len(kept) > 1 else "the likeliest"
     text = (
-        f"of these {alone} alone; the others, with {100.0 * lost:.2g} % of the probability, need more simulations than "
-        f"were allowed: --budget {EACH * len(likely)} takes all"
+        f"the bands rest on {alone} of {len(likely)} explanations; the others, with {100.0 * lost:.2g} % of the "
+        f"probability, need more simulations than were allowed: --budget {EACH * len(likely)} takes all"
     )
-    return replace(learnt, explanations=scaled, said=(*learnt.said, text))
+    return replace(learnt, explanations=scaled, warnings=(*learnt.warnings, text))
 
 
 def draw(

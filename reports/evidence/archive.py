@@ -64,7 +64,7 @@ def write_evidence(
         raise UserError(f"--out {out}: the evidence is a zip; name it so, such as evidence.zip")
     sources = find_sources(folder, measured, doe)
     found, more = _checks(sources, verification)
-    sources = _with_points(sources, more)
+    sources = _with_points(sources, [*_other_solver(sources), *more])
     entries = dict(_entries(sources, runs))
     digests = {name: hashlib.sha256(content).hexdigest() for name, content in entries.items()}
     versions = {"birdstrike": installed("birdstrike"), "Python": platform.python_version()}
@@ -86,6 +86,19 @@ def write_evidence(
 
 def _with_points(sources: Sources, more: Sequence[str]) -> Sources:
     return replace(sources, open_points=(*sources.open_points, *more))
+
+
+def _other_solver(sources: Sources) -> list[str]:
+    """That a campaign was made with another solver than the one at hand."""
+    now = solver_for(sources.case).version
+    made = dict.fromkeys(str(read_json(one / "summary.json").get("solver_version")) for one in sources.campaigns)
+    others = [version for version in made if version != now]
+    if not others:
+        return []
+    return [
+        f"the campaign was simulated with solver {', '.join(others)}, and the one at hand is {now}, with which the "
+        "command would verify the answer: run the campaign again, or install the version that made it"
+    ]
 
 
 def _checks(sources: Sources, given: Path | None) -> tuple[tuple[Aspect, ...], list[str]]:

@@ -10,6 +10,7 @@ from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.labels import flight
 from birdstrike.reports.evidence.sources import Sources, repeat_line
 from birdstrike.reports.evidence.verification_rows import Aspect
+from birdstrike.reports.results.results import together
 from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.case.effects import stated
 from birdstrike.solver.version import SOLVER_VERSION
@@ -70,7 +71,7 @@ def _answer(sources: Sources) -> Iterator[str]:
     if answer.verified_relative is not None:
         yield f"- Simulation at this answer and the record: {100.0 * answer.verified_relative:.2g} % of the peaks (RMS)"
     if found := sources.diagnosed:
-        yield f"- Diagnosis: {found.verdict.replace('_', ' ')}. {found.sentence}"
+        yield f"- Diagnosis: {found.verdict.replace('_', ' ')}. {found.sentence}."
 
 
 def _inputs(sources: Sources, digests: Mapping[str, str]) -> Iterator[str]:
@@ -91,7 +92,7 @@ def _solver(case: Case) -> str:
     """The solver of the case: our own by the digest of its sources, another by the version that the case states."""
     if case.solver.name == "external":
         return f"solver {simulated_by(case)}, an external program (version as the case states it)"
-    return f"solver {SOLVER_VERSION} (digest of its sources)"
+    return f"this archive was written with solver {SOLVER_VERSION} (digest of its sources)"
 
 
 def _validity(sources: Sources) -> Iterator[str]:
@@ -120,7 +121,7 @@ def _checks(found: Sequence[Aspect]) -> Iterator[str]:
 
 
 def _open(sources: Sources, found: Sequence[Aspect]) -> Iterator[str]:
-    lines = [*sources.open_points, *sources.answer.warnings]
+    lines = [*sources.open_points, *together(sources.answer.warnings)]
     lines += sources.diagnosed.warnings if sources.diagnosed else ()
     lines += [f"verification: {one.name}: {one.missing}" for one in found if one.missing]
     yield from (f"- {line}" for line in dict.fromkeys(lines))

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from birdstrike.data.histories import Array
-from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, shown_span, significant
+from birdstrike.reports.figures.quantities import labelled, milliseconds, residual_label, shown, shown_span, significant
 from birdstrike.reports.figures.style import BLACK, METHOD_MARKERS, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import MARK, RECORD, look
 
@@ -87,7 +87,7 @@ def _mark_peak(axes: Axes, time: Array, values: Array, unit: str) -> None:
     side, to = (1, "left") if time[top] < LATE * time[-1] else (-1, "right")
     axes.vlines(time[top], 0.0, values[top], color=BLACK, linewidth=0.7, linestyle=":", gid=mark)
     axes.annotate(
-        f"peak {significant(float(values[top]))} {unit} at {significant(float(time[top]))} ms",
+        f"peak {f'{significant(float(values[top]))} {unit}'.rstrip()} at {significant(float(time[top]))} ms",
         xy=(time[top], 0.0),
         xytext=(5 * side, 5),
         textcoords="offset points",
@@ -123,7 +123,7 @@ def noise_band(axes: Axes, time: Array, sigma: Array | None, si_unit: str) -> No
 def _frame(above: Axes, below: Axes, channel: str, si_unit: str, time: Array) -> None:
     unit = shown(np.zeros(1), si_unit)[1]
     above.set_ylabel(labelled(channel, unit))
-    below.set_ylabel(labelled("residual", unit))
+    below.set_ylabel(residual_label(unit))
     below.set_xlabel("Time on the record's clock [ms]")
     below.set_xlim(*milliseconds(np.asarray(shown_span(time))))
     above.margins(y=0.08)

@@ -69,9 +69,12 @@ def _box(
 
 
 def _legend(figure: Figure, first: Axes, with_limits: bool) -> None:
-    """In the empty upper triangle of the grid."""
+    """In the empty upper triangle of the grid; of two parameters, whose grid has none, above it."""
     handles, labels = first.get_legend_handles_labels()
     if with_limits:
         handles.append(first.plot([], [], color=GREY, linestyle="--", linewidth=1.0)[0])
         labels.append("limit of activity")
-    figure.legend(handles, labels, loc="upper right", bbox_to_anchor=(0.98, 0.98))
+    if len(figure.axes) == 1:
+        figure.legend(handles, labels, loc="outside upper left", ncols=len(labels))
+    else:
+        figure.legend(handles, labels, loc="upper right", bbox_to_anchor=(0.98, 0.98))

@@ -85,8 +85,14 @@ def shown_models(found: Diagnosis) -> list[str]:
 def _bar(axes: Axes, y: float, probability: float, colour: str, inside: bool) -> None:
     """One probability; pale outside the 95 % set."""
     axes.barh(y, max(probability, 0.003), height=0.66, color=colour, alpha=1.0 if inside else 0.35)
-    told = f"{probability:.2f}" if probability >= 0.005 else "< 0.01"
-    axes.text(probability + 0.015, y, told, va="center", fontsize=8.5, fontweight="bold" if inside else "normal")
+    axes.text(
+        probability + 0.015, y, _told(probability), va="center", fontsize=8.5, fontweight="bold" if inside else "normal"
+    )
+
+
+def _told(probability: float) -> str:
+    """Two decimals; of the least that they round to 0, a limit."""
+    return f"{probability:.2f}" if probability >= 0.005 else "< 0.01"
 
 
 def _required(axes: Axes, y: float, share: float | None, colour: str, inside: bool) -> None:
@@ -112,7 +118,7 @@ def _required(axes: Axes, y: float, share: float | None, colour: str, inside: bo
 def _family_legend(figure: Figure, totals: Mapping[str, float], shown: list[str]) -> None:
     """Families with their probabilities."""
     names = [name for name in sorted(totals, key=lambda n: -totals[n]) if name in shown]
-    patches = [Patch(color=FAMILIES.get(n, GREY), label=f"{n.replace('_', ' ')} {totals[n]:.2f}") for n in names]
+    patches = [Patch(color=FAMILIES.get(n, GREY), label=f"{n.replace('_', ' ')} {_told(totals[n])}") for n in names]
     figure.legend(handles=patches, loc="outside upper left", ncols=8, handlelength=1.0, columnspacing=1.2)
 
 

@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter1d
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.figures.curves import draw_record, is_dense, noise_band
-from birdstrike.reports.figures.quantities import labelled, milliseconds, shown
+from birdstrike.reports.figures.quantities import labelled, milliseconds, residual_label, shown
 from birdstrike.reports.figures.style import BLACK, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import look
 
@@ -110,7 +110,7 @@ def _residuals(axes: Axes, models: Sequence[ModelCurve], record: RecordCurve, si
             given = np.isfinite(residual)
             axes.plot(milliseconds(record.time)[given], residual[given], lw=1.1, marker=marker, **look(model.key))
     noise_band(axes, record.time, record.sigma, si_unit)
-    axes.set_ylabel(labelled("residual", shown(np.zeros(1), si_unit)[1]))
+    axes.set_ylabel(residual_label(shown(np.zeros(1), si_unit)[1]))
 
 
 def _impulses(axes: Axes, models: Sequence[ModelCurve], momentum: float, span: tuple[float, float]) -> None:

@@ -26,10 +26,10 @@ def two_codes_figure(
     above.plot(at, other, color=VERMILION, label=other_name)
     above.plot(at, own, color=BLUE, linestyle="--", label="birdstrike")
     label = name.replace("_", " ")
-    above.set_ylabel(f"{label} [{display}]" if display else label)
+    above.set_ylabel(f"{label} [{display or '–'}]")
     below.axhline(0.0, color=GREY, linewidth=0.8)
     below.plot(at, own - other, color=BLUE, linewidth=1.0)
-    below.set_ylabel(f"difference [{display}]" if display else "difference")
+    below.set_ylabel(f"difference [{display or '–'}]")
     below.set_xlabel("time [ms]")
     legend_above(above)
     return figure

@@ -17,6 +17,8 @@ BINS = 30
 LEFT, BELOW, EDGE, GAP = 0.75, 0.5, 0.1, 0.12
 """Room for the labels, at the other edges and between the panels of the corner plot [in]."""
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+DASHES = ("-", "--", "-.", ":")
+"""Of the parameters in turn: their lines stay apart in a black-and-white print."""
 
 
 @styled
@@ -73,7 +75,8 @@ def sobol_figure(times: Sequence[float], total: Mapping[str, Sequence[float | No
     axes, top = figure.subplots(), 1.08
     for number, (name, values) in enumerate(total.items()):
         line = np.array([np.nan if value is None else value for value in values])
-        axes.plot(milliseconds(np.array(times)), line, color=COLOURS[number % len(COLOURS)], label=symbol(name, total))
+        colour, dashes = COLOURS[number % len(COLOURS)], DASHES[number % len(DASHES)]
+        axes.plot(milliseconds(np.array(times)), line, color=colour, linestyle=dashes, label=symbol(name, total))
         top = max(top, 1.04 * float(np.nanmax(line, initial=0.0)))
     axes.set_xlabel("Time [ms]")
     axes.set_ylabel("Total Sobol index [–]")

@@ -40,7 +40,7 @@ def bands_figure(name: str, unit: str, time: Array, quantiles: Mapping[str, Arra
     if limit is not None:
         on.axhline(float(shown(time * 0.0 + limit, unit)[0][0]), color=BLACK, linestyle="--", label="limit")
     label = name.replace("_", " ")
-    on.set_ylabel(f"{label} [{display}]" if display else label)
+    on.set_ylabel(f"{label} [{display or '–'}]")
     on.set_xlabel("time [ms]")
     legend_above(on)
     return figure

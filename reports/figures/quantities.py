@@ -61,6 +61,11 @@ def labelled(name: str, unit: str) -> str:
     return f"{text[:1].upper()}{text[1:]} [{unit or '–'}]"
 
 
+def residual_label(unit: str) -> str:
+    """Of the axis below two curves, with its sense, in two lines since that axis is low."""
+    return f"Simulated\n− record [{unit or '–'}]"
+
+
 def significant(value: float, digits: int = 3) -> str:
     """A number with so many significant digits, no exponent in the everyday range: 0.00123, 45.6, 641."""
     if not np.isfinite(value):

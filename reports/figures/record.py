@@ -14,7 +14,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.reader import BESIDE, CLIPPED, FROZEN, OUTLIER, OUTSIDE, ChannelRecord
-from birdstrike.reports.figures.quantities import labelled, milliseconds, shown
+from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, words
 from birdstrike.reports.figures.style import (
     BLACK,
     BLUE,
@@ -99,7 +99,7 @@ def _draw(axes: Axes, channel: DrawnChannel) -> None:
     if channel.rest is not None:
         axes.plot(at, shown(channel.rest, channel.unit)[0], color=BLUE, ls="--", lw=1.6, label="reading at rest")
     noise = quantity(channel.noise, channel.unit, 2)
-    axes.set_title(f"{channel.name}: noise {noise} ({channel.source})")
+    axes.set_title(f"{words(channel.name)}: noise {noise} ({channel.source})")
     axes.set_ylabel(labelled(channel.name, unit))
     axes.set_xlabel("time [ms]")
     axes.legend(loc="best", fontsize=7.5)

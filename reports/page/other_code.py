@@ -91,9 +91,11 @@ def _row(pair: CurvePair) -> tuple[str, ...]:
 
 
 def _caption(pair: CurvePair, theirs: str) -> str:
+    name = pair.name.replace("_", " ")
     if pair.score is None:
-        return f"{theirs} reads nothing here."
-    return f"RMS difference {quantity(pair.score.rms, pair.unit, 3)}, {100.0 * pair.score.share:.2g} % of the peak."
+        return f"{name}: {theirs} reads nothing here."
+    rms, share = quantity(pair.score.rms, pair.unit, 3), 100.0 * pair.score.share
+    return f"{name}: RMS difference {rms}, {share:.2g} % of the peak. Below: birdstrike less {theirs}."
 
 
 def _source(path: Path) -> str:

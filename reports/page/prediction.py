@@ -62,9 +62,11 @@ def _reach(content: Content) -> tuple[Block, ...]:
     )
     head = ("condition", "new shot", "learnt", "outside by")
     figures = Table(head, rows, "The new shot beside the range of the learnt ones.", frozenset({1, 2, 3}))
-    if content["extrapolation"]:
-        return (Warnings(tuple(content["extrapolation"])), figures, Paragraph(_growth(content)))
-    return (Paragraph("The new shot lies within the range of the learnt ones."), figures, Paragraph(_growth(content)))
+    known = (*content["extrapolation"], *content["warnings"])
+    blocks: list[Block] = [Warnings(known)] if known else []
+    if not content["extrapolation"]:
+        blocks.append(Paragraph("The new shot lies within the range of the learnt ones."))
+    return (*blocks, figures, Paragraph(_growth(content)))
 
 
 def _range(low: float, high: float, unit: str) -> str:
@@ -126,9 +128,12 @@ def _bands(content: Content, table: Histories) -> tuple[Block, ...]:
         figure = bands_figure(name, one["unit"], table.time, own, limit)
         q2, method = content["campaign"]["q2"][name], content["campaign"]["method"][name]
         how = (
-            f"by an emulator of the simulations (leave-one-out Q2 {q2:.2f})" if method == "emulator" else "by the draws"
+            f"by an emulator of the simulations (leave-one-out Q² {q2:.2f})"
+            if method == "emulator"
+            else "by the simulations themselves, where no emulator is good enough"
         )
-        blocks.append(drawing(f"bands-{name}", figure, f"{plain(name)}, {how}."))
+        words = f"What {plain(name)} will read, {how}: median, and the bands that hold it in 50 and 95 % of such shots."
+        blocks.append(drawing(f"bands-{name}", figure, words))
     return tuple(blocks)
 
 
@@ -164,8 +169,9 @@ def _rest(content: Content) -> tuple[Block, ...]:
         for one in content["explanations"]
     )
     counts = content["campaign"]
+    used = tuple(line for line in content["posterior"] if not any(one.startswith(line) for one in content["warnings"]))
     blocks: list[Block] = [
-        Lines(tuple(content["posterior"])),
+        *((Lines(used),) if used else ()),
         Table(("explanation", "probability", "its effects here"), rows, "What was averaged over.", frozenset({1})),
         Paragraph(
             f"{counts['finished']} of {counts['asked']} simulations of the new case finished, {counts['finer']} of "
@@ -179,6 +185,4 @@ def _rest(content: Content) -> tuple[Block, ...]:
         )
         head = ("quantity", "value", "one standard deviation")
         blocks.append(Table(head, stated, "Tolerances of the new shot.", frozenset({1, 2})))
-    if content["warnings"]:
-        blocks.insert(0, Warnings(tuple(content["warnings"])))
     return tuple(blocks)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from birdstrike.data.formatting import listing
+from birdstrike.inversion.labels import in_words
+from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
 from birdstrike.reports.results.measurement import RecordPosition, named, origin, peak, record_position, residual
 from birdstrike.reports.results.results import CampaignResults, InversionResults, Results, RunSummary
@@ -105,20 +107,46 @@ def identified(results: InversionResults) -> str:
     for name, estimate in parameters.items():
         if not estimate.identified:
             reasons.setdefault(estimate.reason, []).append(symbol(name, parameters))
-    open_ones = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items())
+    open_ones = "; ".join(f"{', '.join(names)}: {_of(names, reason)}" for reason, names in reasons.items())
     first = f"Identified by the {results.best}: {'; '.join(found) or 'none'}"
-    return f"{first}. Not identified: {open_ones}." if open_ones else f"{first}. Every parameter is identified."
+    rest = f"Not identified: {open_ones}." if open_ones else "Every parameter is identified."
+    return f"{first}. {rest}{_diagnosed(results)}"
+
+
+def _of(names: Sequence[str], reason: str) -> str:
+    """A reason, which is stated of one parameter, of so many."""
+    return reason if len(names) == 1 else reason.replace("this parameter", "these parameters")
+
+
+def _diagnosed(results: InversionResults) -> str:
+    """What the diagnosis identifies: it calibrates the bird anew, so that its answer may be another one."""
+    if not isinstance(results, Results) or results.diagnosis is None:
+        return ""
+    found = Diagnosis.read(results.diagnosis / "diagnosis.json")
+    parameters = (found.after or found.before).parameters
+    added = f" and the effect {in_words(found.after.model)}" if found.after else ""
+    told = [
+        f"{parameter_label(name, parameters)} {_with_interval(entry['value'], entry['unit'], entry['interval_95'])}"
+        for name, entry in parameters.items()
+        if entry.get("identified", True)
+    ]
+    return f" The diagnosis, with simulations of its own{added}, identifies {'; '.join(told) or 'none'}."
 
 
 def _estimated(results: InversionResults, name: str) -> str:
     """`viscosity MU 641 Pa s (95 %: 500 Pa s to 900 Pa s)`."""
     parameters = results.answer.parameters
     estimate, label = parameters[name], parameter_label(name, parameters)
-    value = "" if estimate.value is None else f" {quantity(estimate.value, estimate.unit)}"
-    if estimate.interval_95 is None:
-        return label + value
-    low, high = (quantity(end, estimate.unit) for end in estimate.interval_95)
-    return f"{label}{value} (95 %: {low} to {high})"
+    return f"{label} {_with_interval(estimate.value, estimate.unit, estimate.interval_95)}".rstrip()
+
+
+def _with_interval(value: float | None, unit: str, interval_95: Sequence[float] | None) -> str:
+    """`641 Pa s (95 %: 500 Pa s to 900 Pa s)`, of what is known of it."""
+    size = "" if value is None else quantity(value, unit)
+    if interval_95 is None:
+        return size
+    low, high = (quantity(end, unit) for end in interval_95)
+    return f"{size} (95 %: {low} to {high})".lstrip()
 
 
 def reach_and_residual(results: Results) -> str:
@@ -163,10 +191,7 @@ def _fit(results: Results) -> str:
     if found.inside:
         return "within noise and the emulator's error the model can produce the whole curve"
     if found.coarse:
-        return (
-            "whether the model can produce the whole curve is not known, because the emulator is too coarse: "
-            f"{found.coarse}"
-        )
+        return f"the emulator is too coarse to say whether the model can produce the whole curve; {found.coarse}"
     return (
         "no values of the parameters within their ranges produce the whole curve within noise and the emulator's error"
     )

@@ -230,14 +230,14 @@ def _caption(seen: Mapping[str, Sequence[Snapshot]], scene: Scene, solid: bool) 
             f"and every sheet that the plane y = {where} cuts, in its part's colour, to scale; a gap is a failed "
             "shell. Below: the deformed mesh in space, failed shells left out, and the bird; drag to turn it. Parts "
             "do not touch each other in the simulation, so a sheet that came loose may cross another. Failed "
-            f"shells at the end, of {len(scene.sheets.quads)}: {'; '.join(torn)}. Largest displacement of any shell: "
-            f"{'; '.join(parts)}."
+            f"shells at the end, of {len(scene.sheets.quads)}: {'; '.join(torn)}. Largest displacement of any shell at "
+            f"these instants: {'; '.join(parts)}."
         )
     return (
         f"The simulations in motion, {frames} instants each. Above: the bird from the front, coloured by "
         "pressure, to scale with the plate; blue: the plate's displacement magnified. Below: the plate from the top, "
-        "coloured by displacement in the direction of the push. Largest displacement anywhere on the plate: "
-        f"{'; '.join(parts)}. Grey: eroded pieces."
+        "coloured by displacement in the direction of the push. Largest displacement anywhere on the plate at "
+        f"these instants: {'; '.join(parts)}. Grey: eroded pieces."
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import plain
+from birdstrike.data.formatting import listing, plain
 from birdstrike.data.formatting import quantity as with_unit
 from birdstrike.inversion.labels import in_words, runs_near_the_fits
 from birdstrike.inversion.results.diagnosis import Diagnosis, EffectFigures, ShotStates
@@ -19,6 +19,7 @@ from birdstrike.inversion.results.diagnosis_files import curve_files
 from birdstrike.inversion.results.diagnosis_text import beyond, next_step
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.diagnosis import curves_figure, probability_figure, residual_figure
+from birdstrike.reports.figures.quantities import quantity
 from birdstrike.reports.results.measurement import program_in
 from birdstrike.reports.sections.summary import signed
 from birdstrike.solver.case.effects import SHOWN, shown
@@ -117,7 +118,7 @@ def _errors(shot: ShotStates, units: Mapping[str, str]) -> Table:
     states, runs = [vars(one) for one in found], [one.solver for one in found]
     for key, words in (("rmse", ""), ("rmse_less_baseline", ", less the baseline's")):
         for name in states[0][key] or {}:
-            cells = (with_unit(one[key][name], units[name]) if one and one[key] else "–" for one in (*states, *runs))
+            cells = (quantity(one[key][name], units[name]) if one and one[key] else "–" for one in (*states, *runs))
             rows.append((f"{name.replace('_', ' ')}{words}", *cells))
     for key, words in (("raw", "all, over the noise"), ("weighted", "all, over all errors")):
         rows.append((words, *(two(one[key]) for one in states), *(two(one[key] if one else None) for one in runs)))
@@ -147,15 +148,22 @@ def _parameters(shot: ShotStates, several: bool) -> Table:
             plain(name, before),
             _interval(entry),
             _interval(after[name]) if name in after else "–",
-            with_unit(entry["value"] - after[name]["value"], entry["unit"]) if name in after else "–",
+            _bias(entry, after.get(name)),
         )
         for name, entry in before.items()
     )
     words = (
         f"{whose} with 95 % intervals. Bias: by how much the parameter was wrong because the model had to imitate the "
-        "missing effect."
+        "missing effect; –: the record does not identify it."
     )
     return Table(("parameter", "before", "after", "bias before"), rows, words)
+
+
+def _bias(before: Mapping[str, Any], after: Mapping[str, Any] | None) -> str:
+    """How far the value moves when the effect is added; of a parameter that is not identified it is no error."""
+    if after is None or not (before.get("identified", True) and after.get("identified", True)):
+        return "–"
+    return quantity(before["value"] - after["value"], before["unit"])
 
 
 def effects_section(results: DiagnosisResults) -> Section:
@@ -171,15 +179,20 @@ def effects_section(results: DiagnosisResults) -> Section:
         "part; at 1 no record of these sensors separates the two."
     )
     blocks: list[Block] = [Table(head, rows, words, frozenset({1, 3, 4}))]
-    pairs = [
-        f"{' and '.join(in_words(name) for name in p['effects'])} (probability {p['probability']:.2f})"
-        for p in found.pairs
-    ]
-    if pairs:
-        blocks.append(Paragraph(f"Pairs of effects in the 95 % set: {'; '.join(pairs[:MOST_PAIRS])}."))
-    if found.next_measurement and len(found.next_measurement["candidates"]) > 1:
-        blocks.append(_candidates(found.next_measurement))
-    return Section("effects", "Diagnosis: every effect considered, and what to measure next", tuple(blocks))
+    if found.pairs:
+        blocks.append(Paragraph(_pairs(found.pairs)))
+    title = "Diagnosis: every effect considered"
+    if (proposal := found.next_measurement) and len(proposal["candidates"]) > 1 and len(proposal["separates"]) > 1:
+        blocks.append(_candidates(proposal))
+        title += ", and what to measure next"
+    return Section("effects", title, tuple(blocks))
+
+
+def _pairs(found: Sequence[Mapping[str, Any]]) -> str:
+    """The likeliest pairs with their probabilities, and how many more there are."""
+    told = [f"{' and '.join(in_words(name) for name in one['effects'])} {one['probability']:.3f}" for one in found]
+    more = f"; {len(told) - MOST_PAIRS} more are less likely" if len(told) > MOST_PAIRS else ""
+    return f"Pairs of effects in the 95 % set, with their probabilities: {'; '.join(told[:MOST_PAIRS])}{more}."
 
 
 def _candidates(proposal: Mapping[str, Any]) -> Table:
@@ -208,10 +221,10 @@ def basis_section(results: DiagnosisResults) -> Section:
     )
     of = "each sensor in the first shot that has it" if len(found.shots) > 1 else "the record"
     words = (
-        f"Noise of {of}; share of emulator and mesh in the whole error; and the time from which on the curve "
-        "carries no information, because the model error has grown threefold."
+        f"Noise of {of}; the error of emulator and mesh over the whole error{_left_by(found.baseline)}; and the time "
+        "from which on the curve carries no information, because the model error has grown threefold."
     )
-    head = ("sensor", "noise", "source", "points", "numerical share", "uninformative from")
+    head = ("sensor", "noise", "source", "points", "numerical / whole", "uninformative from")
     blocks: list[Block] = [Table(head, noise, words), Paragraph(_model_error(found))]
     if found.baseline:
         blocks.append(Paragraph(_baseline(found.baseline, units)))
@@ -232,6 +245,11 @@ def basis_section(results: DiagnosisResults) -> Section:
     return Section("basis", "Diagnosis: what the answer rests on", tuple(blocks))
 
 
+def _left_by(baseline: Mapping[str, Any] | None) -> str:
+    """What a baseline tells of the whole error is not in it any more."""
+    return " that is left once the baseline is taken off (above 100 % where it tells most of it)" if baseline else ""
+
+
 def _model_error(found: Diagnosis) -> str:
     """Source and size of the model error."""
     discrepancy = found.discrepancy
@@ -249,9 +267,11 @@ def _baseline(base: Mapping[str, Any], units: Mapping[str, str]) -> str:
         for name, value in base["residual_rms"].items()
         if name in units
     )
-    gain = f" With it, minimum detectable effects are {base['gain']:.1f} times smaller." if base["gain"] else ""
-    bird = _bird(base)
-    return f"Baseline {', '.join(base['shots'])}: the calibrated model leaves an RMS of {rms}.{gain}{bird}"
+    one = len(base["shots"]) == 1
+    it = "it" if one else "them"
+    gain = f" With {it}, minimum detectable effects are {base['gain']:.1f} times smaller." if base["gain"] else ""
+    named = f"{'Baseline' if one else 'Baselines'} {listing(base['shots'])}"
+    return f"{named}: the calibrated model leaves an RMS of {rms}.{gain}{_bird(base)}"
 
 
 BIRDS = {
@@ -264,15 +284,16 @@ BIRDS = {
 def _bird(base: Mapping[str, Any]) -> str:
     """What was assumed of the baselines' birds, and what the records themselves say of it."""
     same, bird = base.get("same_bird"), base.get("bird")
+    its = "its bird" if len(base["shots"]) == 1 else "their birds"
     if bird is None:  # a file of an earlier version
         return "" if same is None else f" Its bird is the shot's with probability {same:.2f}."
     stated = BIRDS.get(bird["stated"])
     assumed = (
-        f"Stated of its bird: {stated}"
+        f"Stated of {its}: {stated}"
         if stated
-        else "Nothing was stated of its bird, so that three possibilities are weighed, equally likely beforehand"
+        else f"Nothing was stated of {its}, so that three possibilities are weighed, equally likely beforehand"
     )
-    shares = ", ".join(f"{BIRDS[name]} {share:.2f}" for name, share in bird["records"].items())
+    shares = "; ".join(f"{BIRDS[name]}: {share:.2f}" for name, share in bird["records"].items())
     verdict = "; they contradict what was stated" if bird["contradicted"] else ""
     return f" {assumed}. By the records alone, with the models averaged: {shares}{verdict}."
 

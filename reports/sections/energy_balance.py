@@ -8,7 +8,7 @@ from birdstrike.data.formatting import many
 from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.figures.quantities import significant
 from birdstrike.reports.results.findings import NO_BALANCE, largest, percent
-from birdstrike.reports.results.results import CampaignResults, RunSummary
+from birdstrike.reports.results.results import CampaignResults, Results, RunSummary
 
 LIMIT_ENERGY = 0.01  # of the initial normal kinetic energy
 
@@ -16,8 +16,14 @@ LIMIT_ENERGY = 0.01  # of the initial normal kinetic energy
 def section(results: CampaignResults) -> Section:
     """One row a simulation; a failed one has no balance and stands among the warnings of the summary."""
     every = results.every_summary
-    words = f"This report rests on {many(len(every), 'simulation')}. {_worst(every)}"
+    words = f"Listed: {many(len(every), 'simulation')}{_not_listed(results)}. {_worst(every)}"
     return Section("energy_balance", "Energy balance of every simulation", (Paragraph(words), _table(results)))
+
+
+def _not_listed(results: CampaignResults) -> str:
+    """A diagnosis has simulations of its own."""
+    diagnosed = isinstance(results, Results) and results.diagnosis is not None
+    return "; those that the diagnosis has run besides are not among them" if diagnosed else ""
 
 
 def _worst(every: Mapping[str, RunSummary]) -> str:

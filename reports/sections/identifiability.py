@@ -21,7 +21,8 @@ def section(results: InversionResults) -> Section:
         for channel, indices in figures.sobol.items():
             caption = (
                 f"Which parameter's range makes {words(channel)} vary, and when: total Sobol indices by the emulator. "
-                "They add up to more than 1 where parameters act together."
+                "They add up to more than 1 where parameters act together; a single one above 1 is scatter of the "
+                "estimate."
             )
             blocks.append(drawing(f"sobol-{channel}", sobol_figure(indices.times, indices.total), caption))
     if not blocks:

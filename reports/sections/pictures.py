@@ -74,8 +74,9 @@ def _shapes(results: Results, seen: dict[str, tuple[Snapshot, ...]], scene: Scen
     instants = results.case.time.snapshots[:4] or _evenly(results)
     last = {title: nearest(snapshots, instants[-1]) for title, snapshots in seen.items()}
     spread = [f"{title} {_length(s)}" for title, s in last.items()]
-    times = ", ".join(f"{float(milliseconds(np.asarray(t))):.2f}" for t in instants)
-    end = quantity(float(instants[-1]), "s")
+    taken = [nearest(next(iter(seen.values())), t).time for t in instants]
+    times = ", ".join(f"{float(milliseconds(np.asarray(t))):.2f}" for t in taken)
+    end = quantity(taken[-1], "s")
     caption = (
         f"Simulated bird and plate from the front at {times} ms, to scale, on one scale of pressure (its top is the "
         f"99th percentile). Length of the bird along the plate at {end}: {', '.join(spread)}; it started "

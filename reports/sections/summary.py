@@ -22,15 +22,8 @@ def section(results: Results) -> Section:
 
 def methods_table(results: InversionResults) -> Table:
     """Errors of each method's verification run, one row a method and channel."""
-    head = (
-        "verification run",
-        "RMS error",
-        "of the peak",
-        "RMS, clocks not shifted",
-        "predicted RMS",
-        "peak",
-        "peak time",
-    )
+    unshifted = ("RMS, clocks not shifted",) if _shifted(results) else ()
+    head = ("verification run", "RMS error", "of the peak", *unshifted, "predicted RMS", "peak", "peak time")
     rows = [_row(results, method, channel) for method in results.finished for channel in results.channels]
     better = f"; the {results.best} is the better verified" if len(results.finished) > 1 else ""
     caption = (
@@ -39,6 +32,11 @@ def methods_table(results: InversionResults) -> Table:
         "record, both at the record's instants."
     )
     return Table(head, tuple(rows), caption, frozenset(range(1, len(head))))
+
+
+def _shifted(results: InversionResults) -> bool:
+    """Whether the record's clock was fitted, so that the errors without that are others."""
+    return results.inversion.time_offset.sigma is not None
 
 
 def _row(results: InversionResults, method: str, channel: str) -> tuple[str, ...]:
@@ -50,7 +48,7 @@ def _row(results: InversionResults, method: str, channel: str) -> tuple[str, ...
         method + best + (f", {words(channel)}" if len(results.channels) > 1 else ""),
         _known(score.verified_rmse, unit),
         "–" if score.verified_relative is None else percent(score.verified_relative),
-        _known(score.verified_rmse_at_zero_offset, unit),
+        *((_known(score.verified_rmse_at_zero_offset, unit),) if _shifted(results) else ()),
         _known(score.predicted_rmse, unit),
         signed((top / record_peak - 1) * 100, "%"),
         signed_quantity(at - record_at, "s"),
@@ -59,8 +57,8 @@ def _row(results: InversionResults, method: str, channel: str) -> tuple[str, ...
 
 def signed(number: float, unit: str) -> str:
     """A difference with its sign: `+5.4 %`."""
-    digits = "+.0f" if abs(number) >= 100 else "+.2g"
-    return f"{number:{digits}} {unit}".replace("-", "−", 1)
+    text = f"{number:+.0f}" if abs(number) >= 100 else f"{number:+#.2g}".rstrip(".")
+    return f"{text} {unit}".replace("-", "−", 1)
 
 
 def _known(value: float | None, unit: str) -> str:

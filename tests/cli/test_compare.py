@@ -92,6 +92,8 @@ def test_a_time_history_of_the_deck_is_compared_sensor_by_sensor(tmp_path: Path)
     assert force["impulse_theirs"] == pytest.approx(5e4 * 1e-3, rel=1e-3)
     page = (out / "compare.html").read_text()
     assert "birdstrike beside OpenRadioss" in page
+    assert "displacement x105: RMS difference " in page
+    assert " % of the peak. Below: birdstrike less OpenRadioss." in page
     assert "rigT01, SHA-256 " in page
     assert "http://www.w3.org" in page
     assert 'src="http' not in page

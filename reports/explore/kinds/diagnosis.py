@@ -42,7 +42,7 @@ def read(folder: Path) -> tuple[View]:
     first = model["systems"][model["shots"][0]["system"]]
     view = View(
         title="Diagnosis",
-        headline=found.conclusion + _whose(names),
+        headline=found.conclusion + _misfit(found) + _whose(names),
         parameters=[
             parameter(one["name"], one["unit"], one["low"], one["high"], told[one["name"]], one["log"], told)
             for one in parameters
@@ -57,6 +57,12 @@ def read(folder: Path) -> tuple[View]:
         case=str(folder / CASE),
     )
     return (view,)
+
+
+def _misfit(found: Diagnosis) -> str:
+    """What the page's misfit is of, which is larger than the one in the conclusion."""
+    besides = ", and what the baseline shows is not taken off" if found.baseline else ""
+    return f" The misfit on this page is over the measurement noise alone{besides}."
 
 
 def _whose(names: Sequence[str]) -> str:

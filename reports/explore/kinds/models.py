@@ -18,7 +18,8 @@ from birdstrike.data.formatting import plain, span
 from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, read_comparison
 from birdstrike.reports.explore.kinds.kind import Kind
-from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs
+from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
+from birdstrike.reports.results.results import together
 from birdstrike.surrogate.files import load_emulator, read_runs
 from birdstrike.surrogate.weights import emulator_table
 
@@ -66,13 +67,16 @@ def _view(folder: Path, comparison: ModelComparison, model: ModelAnswer, records
         answers=said,
         presets=presets,
         runs=runs(theta, next(iter(emulator.channels.values())).time, curves),
-        warnings=list(model.warnings),
+        warnings=list(together(model.warnings)),
         case=str(folder / next(iter(records)) / "case.toml"),
     )
 
 
 def _slider(key: str, own: dict[str, Any], estimate: dict[str, Any] | None) -> Table:
-    """Of a constant with what is known of it; one sought over decades says between which values its fraction runs."""
+    """Of a constant with what is known of it; one sought over decades says between which values its fraction runs.
+
+    decades: those values, SI, with their unit; without them what is copied from the page would be the fraction.
+    """
     begin, end = own["ranges"][key]
     if key not in own["logarithmic"]:
         return parameter(key, own["units"][key], begin, end, estimate, among=own["units"])
@@ -89,6 +93,7 @@ def _slider(key: str, own: dict[str, Any], estimate: dict[str, Any] | None) -> T
         }
     table = parameter(key, own["units"][key], begin, end, estimate)
     table["label"] = f"{plain(key, own['units'])}, share of the decades {span(low, high, unit)}"
+    table["decades"] = {"low": low, "high": high, **unit_of(unit)}
     return table
 
 

@@ -18,7 +18,8 @@ const INSTRUMENT = {
 const keysOf = (view, point) => {
   const rows = view.parameters.map((axis, i) => {
     const parts = axis.key.split(".").map(keyToml), key = parts.pop();
-    return [parts.join("."), key, axis.unit ? quotedToml(written(point.theta[i], axis)) : String(Number(point.theta[i].toPrecision(10))), ""];
+    const [value, quantity] = meantBy(axis, point.theta[i]);
+    return [parts.join("."), key, quantity.unit ? quotedToml(written(value, quantity)) : String(Number(value.toPrecision(10))), ""];
   });
   view.effects.filter((effect) => point.effects[effect.label]).forEach((effect) => {
     const x = point.effects[effect.label], alone = effect.label.split("@")[1], note = alone ? `of shot ${alone} alone` : "";

@@ -1,6 +1,7 @@
 // A panel a sensor: record with its noise, the emulator's curve with its error, a campaign's run, the residual below.
 
 const MS = 1e3, WIDE_95 = 1.96, LEFT = 54, RIGHT = 14, TOP = 8, FOOT = 32, GAP = 14;
+const RESIDUAL_ROWS = 3; // at least one tick on either side of 0, whatever the reach
 
 const panelOf = (shot, channel, many, read) => {
   const name = many ? `${channel.label}, ${shot.name}` : channel.label;
@@ -62,7 +63,7 @@ const drawStill = (panel, frames, size) => {
   pen.setTransform(ratio, 0, 0, ratio, 0, 0);
   pen.font = size.font;
   drawAxes(pen, frames.upper, { below: false });
-  drawAxes(pen, frames.lower, { rows: 2 });
+  drawAxes(pen, frames.lower, { rows: RESIDUAL_ROWS });
   pen.fillStyle = theme.soft; pen.textAlign = "right"; pen.textBaseline = "bottom";
   pen.fillText("time [ms]", size.width - RIGHT * theme.scale, size.height - 1);
   pen.textAlign = "left"; pen.textBaseline = "top";

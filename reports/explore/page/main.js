@@ -67,6 +67,7 @@ const start = () => {
     map.key = key;
     id("map").setAttribute("aria-busy", "true");
     inSlices("map", mapOver(state.view, state.point, map.across, map.up, CELLS), (rows) => {
+      if (map !== state.map) return; // another view was chosen meanwhile
       map.rows = rows;
       id("map").removeAttribute("aria-busy");
       describeMap();
@@ -86,6 +87,7 @@ const start = () => {
     if (key === profile.key) return;
     profile.key = key;
     inSlices("profile", profileOver(state.view, asPoint(state.point), profile.axis, PLACES), (values) => {
+      if (profile !== state.profile) return;
       profile.values = values;
       sayProfile();
       redraw();
@@ -131,7 +133,7 @@ const start = () => {
     });
   };
   const sayBest = (found) => {
-    const values = state.view.parameters.map((axis, i) => `${axis.label} ${withUnit(found.point.theta[i], axis, 3)}`).join(", ");
+    const values = state.view.parameters.map((axis, i) => `${axis.label} ${withUnit(...meantBy(axis, found.point.theta[i]), 3)}`).join(", ");
     id("dropped").replaceChildren(element("b", {}, `${state.dropped}: best fit of the emulator ${values}`),
       `, misfit ${shownNumber(found.misfit, 3)} (1 = noise). Intervals, and whether the record identifies these values, are what birdstrike train-and-invert states.`);
   };

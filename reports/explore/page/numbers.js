@@ -41,6 +41,9 @@ const plainNumber = (x, digits = 4) => {
 const shownNumber = (x, digits = 4) => plainNumber(x, digits).replace("-", "−");
 const withUnit = (si, quantity, digits = 4) => `${shownNumber(si * quantity.factor, digits)} ${quantity.unit}`.trim();
 
+// Two decimals, as the sentence of a diagnosis has them; of the least that they round to 0, a limit.
+const probabilityText = (p) => (p >= 0.005 ? p.toFixed(2) : "< 0.01");
+
 // Share 0..1 of a slider for an SI value, and back.
 const shareOf = (axis, value) => (axis.log
   ? Math.log(value / axis.low) / Math.log(axis.high / axis.low)
@@ -50,3 +53,6 @@ const valueAt = (axis, share) => {
   if (share >= 1) return axis.high;
   return axis.log ? axis.low * (axis.high / axis.low) ** share : axis.low + share * (axis.high - axis.low);
 };
+
+// Of a parameter that moves as the fraction of its decades, the value that the case has, SI, and its unit.
+const meantBy = (axis, x) => (axis.decades ? [valueAt({ ...axis.decades, log: true }, x), axis.decades] : [x, axis]);

@@ -15,13 +15,19 @@ from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.prediction.answer import share_of
-from birdstrike.inversion.prediction.carry_over import carried_effects, drawn_instead, refuse_another_bird, same_sensor
+from birdstrike.inversion.prediction.carry_over import (
+    carried_effects,
+    drawn_instead,
+    refuse_another_bird,
+    refuse_other_sensors,
+    same_sensor,
+)
 from birdstrike.inversion.prediction.discrepancy import realisations
 from birdstrike.inversion.prediction.distance import distance
 from birdstrike.inversion.prediction.from_inversion import rough_draws
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
 from birdstrike.inversion.prediction.predict import tears
-from birdstrike.inversion.prediction.sample import draw, shares_of, tolerances_of
+from birdstrike.inversion.prediction.sample import affordable, draw, shares_of, tolerances_of
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.solver.case.case import Case, case_from_table, load_case
 from birdstrike.solver.case.settings import Prior
@@ -336,3 +342,27 @@ def test_only_a_bird_of_other_constants_is_refused() -> None:
     refuse_another_bird(known, tiny().overlaid(changes))
     with pytest.raises(UserError, match=r"bird\.method.*hexahedra.*the same bird\.method"):
         refuse_another_bird(known, tiny().overlaid({"bird": {"method": "hexahedra"}}))
+
+
+def test_explanations_that_the_simulations_do_not_suffice_for_are_warned_of() -> None:
+    """43 % of the probability was left out by a line among what had been used, at the foot of the page."""
+    many = learnt(("none", 0.5), ("clamp_rotation", 0.3), ("plate_thickness", 0.2))
+    kept = affordable(many, 8)
+    assert [one.label for one in kept.explanations] == ["none", "clamp_rotation"]
+    assert kept.said == many.said
+    assert kept.warnings == (
+        "the bands rest on the likeliest 2 of 3 explanations; the others, with 20 % of the probability, need more "
+        "simulations than were allowed: --budget 12 takes all",
+    )
+    assert affordable(many, 12).warnings == ()
+
+
+def test_sensors_that_were_not_learnt_are_warned_of_together() -> None:
+    known = learnt(("none", 1.0))
+    name = next(iter(known.sensors))
+    sensor = known.case.sensors[name]
+    new = known.case.model_copy(update={"sensors": {name: sensor, "first": sensor, "second": sensor}})
+    (said,) = refuse_other_sensors(known, new)
+    assert said.startswith(
+        "first and second were not learnt from, or sit elsewhere: the model error of each is that of"
+    )

@@ -8,7 +8,8 @@ import shutil
 import tomllib
 import zipfile
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 import tomli_w
@@ -19,6 +20,8 @@ from birdstrike import evidence
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import MARK
+from birdstrike.doe.solvers import solver_for
+from birdstrike.reports.evidence.archive import _other_solver
 from birdstrike.reports.evidence.sources import of_diagnosis
 from birdstrike.reports.evidence.verification_rows import aspects, read_rows
 from birdstrike.solver.case.case import case_hash, load_case
@@ -95,6 +98,17 @@ def test_the_summary_says_what_was_found_where_it_holds_and_what_is_open(zipped:
     assert "birdstrike train-and-invert campaigns/1 --measured 'records/shot 7.csv'" in page
     assert "was sought in" in page
     assert "no diagnosis: whether an effect is missing from the model was not asked" in page
+
+
+def test_a_campaign_of_another_solver_is_an_open_point(tmp_path: Path) -> None:
+    """The page named the solver at hand beside the case, and the archive was said to repeat the numbers."""
+    for name, version in (("old", "0123456789ab"), ("new", solver_for(load_case("demo")).version)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "summary.json").write_text(json.dumps({"solver_version": version}))
+    old, new = (SimpleNamespace(case=load_case("demo"), campaigns=(tmp_path / one,)) for one in ("old", "new"))
+    assert not _other_solver(cast("Any", new))
+    (said,) = _other_solver(cast("Any", old))
+    assert said.startswith("the campaign was simulated with solver 0123456789ab, and the one at hand is ")
 
 
 def test_rows_that_bear_on_a_case_are_chosen_by_what_it_asks_of_the_solver() -> None:

@@ -258,12 +258,47 @@ def test_labels_of_small_strains_and_of_the_last_instant_stand_whole_on_the_pict
     browser: Browser, page: Path
 ) -> None:
     browser.open(page, 1280, 900)
-    own = Path(birdstrike.reports.explore.explore.__file__).parent / "page"
-    parts = "".join((own / script).read_text(encoding="utf-8") for script in SCRIPTS if script != "main.js")
-    found = browser.run(f"(() => {{ {parts} readTheme(); return ({LABELS})(); }})()")
+    found = browser.run(f"(() => {{ {scripts()} readTheme(); return ({LABELS})(); }})()")
     ends = {text: (left, right) for text, left, right in found}
     assert {"−0.0002", "2.6"} <= ends.keys()
     assert all(left >= 0.0 and right <= 600.0 for left, right in ends.values()), ends
+
+
+def scripts() -> str:
+    """All of the page's own but the one that starts it."""
+    own = Path(birdstrike.reports.explore.explore.__file__).parent / "page"
+    return "".join((own / script).read_text(encoding="utf-8") for script in SCRIPTS if script != "main.js")
+
+
+def test_residuals_have_a_scale_whatever_they_reach(browser: Browser, page: Path) -> None:
+    """Three of four panels of the demo had a single tick, 0."""
+    browser.open(page)
+    reaches = [float(reach) for reach in np.geomspace(0.1, 1.0, 60)]
+    found = browser.run(
+        f"(() => {{ {scripts()} return {reaches}.map((r) => ticksOf([-r, r], RESIDUAL_ROWS).length); }})()"
+    )
+    assert min(found) >= 3
+    assert max(found) <= 5
+
+
+def test_a_share_of_decades_is_copied_as_the_value_that_it_means(browser: Browser, page: Path) -> None:
+    """A modulus of 1.6 MPa was copied as `young = 0.075`, the fraction of its decades."""
+    browser.open(page)
+    axis = {"key": "bird.material.young", "unit": "", "factor": 1, "low": 0, "high": 1}
+    axis["decades"] = {"low": 1e6, "high": 5e8, "si": "Pa", "unit": "MPa", "factor": 1e-6}
+    view = json.dumps({"parameters": [axis], "effects": [], "case": "case.toml"})
+    point = '{"theta": [0.5], "effects": {}}'
+    toml, command = browser.run(
+        f"(() => {{ {scripts()} return [tomlOf, commandOf].map((of) => of({view}, {point})); }})()"
+    )
+    assert toml == '[bird.material]\nyoung = "22.36067977 MPa"\n'
+    assert "--set 'bird.material.young=22.36067977 MPa'" in command
+
+
+def test_probabilities_read_as_in_the_sentence_of_a_diagnosis(browser: Browser, page: Path) -> None:
+    browser.open(page)
+    found = browser.run(f"(() => {{ {scripts()} return [1 - 1e-9, 0.0096, 2e-9].map(probabilityText); }})()")
+    assert found == ["1.00", "0.01", "< 0.01"]
 
 
 def test_a_screen_reader_is_told_of_every_part(browser: Browser, page: Path) -> None:

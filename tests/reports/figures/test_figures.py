@@ -21,6 +21,7 @@ from birdstrike.reports.figures.design import design_figure
 from birdstrike.reports.figures.diagnosis import residual_figure
 from birdstrike.reports.figures.models import ModelCurve, RecordCurve, models_figure, running_mean
 from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
+from birdstrike.reports.figures.posterior import sobol_figure
 from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
 from birdstrike.reports.figures.setup import SetUp, bird_outline, setup_figure
 from birdstrike.reports.figures.shapes import shapes_figure
@@ -63,6 +64,12 @@ def design() -> Figure:
     return design_figure(
         ("PC", "MU", "TEROD"), ("Pa", "Pa s", ""), values, lows, highs, np.arange(25) % 5 == 0, {2: 1.0}
     )
+
+
+def small_design() -> Figure:
+    """Of two parameters: its only axes leave no room for a legend."""
+    values = np.random.default_rng(0).random((25, 2))
+    return design_figure(("PC", "MU"), ("Pa", "Pa s"), values, np.zeros(2), np.ones(2), np.arange(25) % 5 == 0, {})
 
 
 def parameters() -> Figure:
@@ -124,6 +131,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "comparison without known noise": lambda: comparison(sigma=None),
     "prior": prior,
     "design": design,
+    "design of two parameters": small_design,
+    "sobol": lambda: sobol_figure((0.0, 1e-3), dict.fromkeys(NAMES, (0.5, 0.6))),
     "parameters": parameters,
     "models": models,
     "models, force": lambda: models("contact_force"),
@@ -203,6 +212,11 @@ def test_a_drawing_for_the_page_refers_only_to_itself() -> None:
     assert set(re.findall(r'id="([^"-]+)-', svg)) == {"prior"}
     assert all(name.startswith("#prior-") for name in re.findall(r'href="([^"]+)"', svg))
     assert all(name.startswith("prior-") for name in re.findall(r"url\(#([^)]+)\)", svg))
+
+
+def test_sobol_indices_stay_apart_in_a_black_and_white_print() -> None:
+    (axes,) = sobol_figure((0.0, 1e-3), dict.fromkeys(NAMES, (0.5, 0.6))).axes
+    assert len({line.get_linestyle() for line in axes.lines}) == len(NAMES)
 
 
 def test_unidentified_parameters_show_no_marker() -> None:
@@ -315,6 +329,15 @@ def test_the_words_of_a_peak_at_a_record_s_end_stay_within_the_axes() -> None:
     above = figure.axes[0]
     (words,) = (text for text in above.texts if text.get_text().startswith("peak"))
     assert words.get_window_extent().x1 <= above.bbox.x1
+
+
+def test_a_peak_without_a_unit_has_no_gap_for_one_and_residuals_say_their_sense() -> None:
+    figure = comparison_figure("strain", "", RECORD_TIMES, RECORD, None, "record, measured", {})
+    above, below = figure.axes[:2]
+    (words,) = (text.get_text() for text in above.texts if text.get_text().startswith("peak"))
+    assert "  " not in words
+    assert below.get_ylabel() == "Simulated\n− record [–]"
+    assert [axes.get_ylabel() for axes in models().axes][1].startswith("Simulated")
 
 
 def test_each_column_of_a_residual_figure_has_its_time_below() -> None:

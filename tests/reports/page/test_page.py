@@ -76,6 +76,14 @@ def test_ids_are_unique_so_that_no_figure_borrows_another_ones_marks(parsed: Pag
     assert {name for name in repeated if not re.match(r"[\w-]+?-p[0-9a-f]{10}$", name)} == set()
 
 
+def test_every_drawing_is_named_by_its_caption(page: Path, parsed: Page) -> None:
+    """A reader's program said "graphic" and nothing more."""
+    drawings = re.findall(r'<svg [^>]*role="img"[^>]*>', page.read_text(encoding="utf-8"))
+    named = [re.search(r'aria-labelledby="([^"]+)"', one) for one in drawings]
+    assert drawings
+    assert all(one and one[1] in parsed.ids for one in named)
+
+
 def test_every_figure_is_drawn(parsed: Page) -> None:
     wanted = {"setup", "comparison-displacement_centre", "prior-predictive-displacement_centre", "parameters", "design"}
     wanted |= {f"models-{sensor}" for sensor in ("displacement_centre", "contact_force", "reaction_force")}

@@ -18,7 +18,8 @@ from birdstrike.reports.page.page import report
 from birdstrike.reports.results.findings import findings, key_figures, percent
 from birdstrike.reports.results.measurement import origin, record_position, residual
 from birdstrike.reports.results.reading import read_results
-from birdstrike.reports.results.results import Results
+from birdstrike.reports.results.results import Results, together
+from tests.diagnoses import effect, state, written_diagnosis
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, finished_folder
 
 CHANNEL = "displacement_centre"
@@ -50,7 +51,22 @@ def test_another_record_changes_what_is_said_of_it(results: Results, simulated: 
     assert "peak 5.70 mm at 1.53 ms" in first
     assert f"{1e3 * (other.answer.verified_rmse or 0.0):.3f} mm RMS" in second
     assert ": none. Not identified: PC, MU, TEROD, CEROD" in third
+    assert "this parameter" not in third
     assert re.search(r"outside the campaign's 25 simulations by more than noise at \d+ of 12 points", fourth)
+
+
+def test_a_diagnosis_that_identifies_a_parameter_is_told_beside_the_inversion(results: Results, tmp_path: Path) -> None:
+    """The summary said "identified: none. Not identified: MU" on a page whose diagnosis gave MU with an interval."""
+    fitted = {"value": 417.0, "unit": "Pa s", "interval_95": [305.0, 529.0], "identified": True}
+    rest = {"value": -6e5, "unit": "Pa", "interval_95": [-1.25e6, -5e4], "identified": False}
+    after = state("impact_speed", parameters={PC: rest, MU: fitted})
+    written_diagnosis(tmp_path, effect("impact_speed"), after=after)
+    other = replace(results, diagnosis=tmp_path)
+    assert changed(results, other) == [3]
+    assert findings(other)[2].endswith(
+        " The diagnosis, with simulations of its own and the effect impact speed, identifies viscosity MU 417 Pa s "
+        "(95 %: 305 Pa s to 529 Pa s)."
+    )
 
 
 def test_a_measured_record_is_called_measured(results: Results) -> None:
@@ -204,5 +220,25 @@ def test_the_emulators_own_error_is_named_with_the_noise(results: Results) -> No
     coarse = replace(found, inside=False, coarse="the emulator predicts strain (Q2 0.23) poorly")
     other = replace(results, inversion=replace(results.inversion, prior_predictive=coarse))
     assert "within noise and the emulator's error the model can produce the whole curve" in findings(results)[3]
-    said = "is not known, because the emulator is too coarse: the emulator predicts strain (Q2 0.23) poorly"
+    said = (
+        "too coarse to say whether the model can produce the whole curve; the emulator predicts strain (Q2 0.23) poorly"
+    )
     assert said in findings(other)[3]
+
+
+def test_channels_that_the_emulator_predicts_poorly_are_warned_of_together() -> None:
+    """Seven warnings that differed by the channel's name stood above the first table."""
+
+    def poor(channel: str, q2: float) -> str:
+        return (
+            f"the emulator predicts left-out runs of {channel} poorly (Q2 {q2}): the channel carries the error of "
+            "these predictions and counts for less; add runs, or leave it out: --channels"
+        )
+
+    assert together(("first", poor("w left", 0.86), "other", poor("w right", -0.2))) == (
+        "first",
+        "the emulator predicts left-out runs of w left (Q2 0.86) and w right (Q2 -0.2) poorly: each carries the error "
+        "of these predictions and counts for less; add runs, or leave it out: --channels",
+        "other",
+    )
+    assert together(("first", poor("w left", 0.86))) == ("first", poor("w left", 0.86))

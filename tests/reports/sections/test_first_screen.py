@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
+from birdstrike.inversion.results.fit import TimeOrigin
 from birdstrike.reports.blocks import Paragraph, Picture, Warnings
 from birdstrike.reports.page.page import SECTIONS
 from birdstrike.reports.results.results import Results
-from birdstrike.reports.sections import diagnosis, summary
+from birdstrike.reports.sections import diagnosis, energy_balance, summary
 from tests.diagnoses import effect, written_diagnosis
 
 WARNINGS = tuple(f"warning {number}" for number in range(7))
@@ -34,3 +35,36 @@ def test_what_the_model_lacks_comes_first(results: Results, tmp_path: Path, monk
     assert further == Paragraph("Further warnings: 2, under `warnings` in diagnosis.json.")
     assert SECTIONS[0](replace(results, diagnosis=None)) is None
     assert SECTIONS[1] is summary.section
+
+
+def test_the_diagnosis_s_own_simulations_are_not_claimed_to_be_listed(results: Results, tmp_path: Path) -> None:
+    """ "This report rests on 31 simulations" stood below a diagnosis that had run 145 more."""
+
+    def said(one: Results) -> str:
+        first = energy_balance.section(one).blocks[0]
+        assert isinstance(first, Paragraph)
+        return first.text
+
+    assert said(results).startswith(f"Listed: {len(results.every_summary)} simulations. ")
+    diagnosed = said(replace(results, diagnosis=tmp_path))
+    assert "simulations; those that the diagnosis has run besides are not among them. " in diagnosed
+
+
+def test_a_difference_has_two_digits_and_no_bare_point() -> None:
+    """-4 % stood below -5.2 %."""
+    assert [summary.signed(x, "%") for x in (-4.0, 12.4, 0.0, 118.0, 7.38)] == [
+        "−4.0 %",
+        "+12 %",
+        "+0.0 %",
+        "+118 %",
+        "+7.4 %",
+    ]
+
+
+def test_errors_without_a_shift_of_clocks_are_told_only_where_there_is_one(results: Results) -> None:
+    inversion = results.inversion
+    fixed, fitted = (replace(inversion, time_offset=TimeOrigin(0.0, sigma, None)) for sigma in (None, 1e-6))
+    assert "RMS, clocks not shifted" in summary.methods_table(replace(results, inversion=fitted)).head
+    table = summary.methods_table(replace(results, inversion=fixed))
+    assert "RMS, clocks not shifted" not in table.head
+    assert {len(row) for row in table.rows} == {len(table.head)}

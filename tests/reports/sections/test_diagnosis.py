@@ -1,0 +1,99 @@
+"""What the sections of a diagnosis say is what diagnosis.json holds, and no more."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from birdstrike.inversion.results.diagnosis import ShotStates
+from birdstrike.reports.blocks import Paragraph, Section, Table
+from birdstrike.reports.figures.diagnosis import probability_figure
+from birdstrike.reports.sections.diagnosis import (
+    DiagnosisResults,
+    _baseline,
+    _errors,
+    _parameters,
+    basis_section,
+    effects_section,
+)
+from tests.diagnoses import diagnosis, effect, state
+
+PAIR = {"effects": ["clamp_rotation", "impact_speed"], "probability": 0.0096}
+
+
+def effects_of(**figures: Any) -> Section:
+    """The section of the effects of a diagnosis with these figures."""
+    return effects_section(DiagnosisResults(diagnosis(effect("impact_speed"), **figures), {}, "birdstrike"))
+
+
+def test_pairs_that_are_not_listed_are_counted() -> None:
+    """Five of nine pairs stood there as if they were all, each with the same `(probability 0.01)`."""
+    said = effects_of(pairs=(PAIR,) * 9).blocks[-1]
+    assert isinstance(said, Paragraph)
+    assert said.text.startswith("Pairs of effects in the 95 % set, with their probabilities: clamp rotation and impact")
+    assert said.text.count("impact speed 0.010") == 5
+    assert said.text.endswith("; 4 more are less likely.")
+    few = effects_of(pairs=(PAIR,)).blocks[-1]
+    assert isinstance(few, Paragraph)
+    assert few.text.endswith("clamp rotation and impact speed 0.010.")
+
+
+def test_the_title_speaks_of_a_next_measurement_only_where_one_is_listed() -> None:
+    one = {"what": "the strain at the edge", "expected_probability": 0.9}
+    proposed = {"candidates": [one, one], "separates": ["impact_speed", "bird_mass"], "now": 0.5, "sentence": ""}
+    assert effects_of().title == "Diagnosis: every effect considered"
+    assert effects_of(next_measurement=proposed).title.endswith(", and what to measure next")
+    alone = effects_of(next_measurement=proposed | {"separates": ["impact_speed"]})
+    assert len(alone.blocks) == 1, "a single model is told from no other: all its probabilities were 1.00"
+
+
+def test_a_parameter_that_is_not_identified_has_no_bias() -> None:
+    """It had one of -0.0631 MPa, the distance of two places in its range."""
+
+    def fitted(cutoff: float, viscosity: float) -> dict[str, Any]:
+        entry = {"unit": "Pa", "value": cutoff, "interval_95": [-1.25e6, -5e4], "identified": False}
+        other = {"unit": "Pa s", "value": viscosity, "interval_95": [300.0, 600.0], "identified": True}
+        return {"bird.material.pressure_cutoff": entry, "bird.material.viscosity": other}
+
+    before, after = state(parameters=fitted(-6.6e5, 504.0)), state(parameters=fitted(-6.0e5, 417.0))
+    rows = {row[0]: row[-1] for row in _parameters(ShotStates("a", "case", before, after), several=False).rows}
+    assert rows == {"pressure cutoff": "–", "viscosity": "87.0 Pa s"}
+
+
+def test_errors_of_one_table_have_the_same_digits() -> None:
+    """0.12 mm stood below 0.203 mm, and 1 mm below 0.319 mm."""
+    shot = ShotStates("a", "case", state(rmse={"w": 2.03e-4}), state(rmse={"w": 1.202e-4}))
+    assert _errors(shot, {"w": "m"}).rows[0] == ("w", "0.203 mm", "0.120 mm", "–", "–")
+
+
+def test_the_numerical_error_is_no_share_of_an_error_from_which_the_baseline_is_taken() -> None:
+    """134 % was called its share in the whole."""
+    sensor = {"unit": "m", "sigma": 3e-5, "source": "case", "points": 74, "numerical_share": 1.34}
+    figures: dict[str, Any] = {
+        "noise": {"sensors": {"w": sensor}},
+        "discrepancy": {"source": "1 baseline shot", "amplitude": {}, "growth": {}},
+        "strikes": {"paid": 1, "reused": 0},
+        "before": state(rmse={"w": 1e-4}),
+    }
+    base = {"shots": ["clean"], "residual_rms": {}, "gain": None}
+    base["bird"] = {"stated": "auto", "records": {"same": 0.6, "other": 0.4}, "contradicted": False}
+    found = diagnosis(effect("impact_speed"), **figures, baseline=base)
+    table, _, told, *_ = basis_section(DiagnosisResults(found, {}, "birdstrike")).blocks
+    assert isinstance(table, Table)
+    assert "over the whole error that is left once the baseline is taken off" in table.caption
+    assert table.rows[0][4] == "134 %"
+    assert isinstance(told, Paragraph)
+    assert "cast and shot alike: 0.60; unlike the shot's: 0.40." in told.text
+
+
+def test_a_family_that_is_all_but_impossible_is_not_of_probability_0() -> None:
+    effects = effect("impact_speed", family="impact"), effect("none", family="none", probability=2e-9)
+    found = diagnosis(*effects, families={"impact": 1.0, "none": 2e-9})
+    (legend,) = probability_figure(found).legends
+    assert [text.get_text() for text in legend.get_texts()] == ["impact 1.00", "none < 0.01"]
+
+
+def test_two_baselines_are_spoken_of_in_the_plural() -> None:
+    bird = {"stated": "auto", "records": {}, "contradicted": False}
+    told = _baseline({"shots": ["a", "b"], "residual_rms": {"w": 1e-4}, "gain": 2.5, "bird": bird}, {"w": "m"})
+    assert told.startswith("Baselines a and b: the calibrated model leaves an RMS of w 0.1 mm. With them, minimum ")
+    assert "Nothing was stated of their birds, so" in told

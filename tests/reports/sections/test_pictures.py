@@ -1,0 +1,22 @@
+"""What the captions of the pictures say is what the pictures show."""
+
+from __future__ import annotations
+
+from birdstrike.reports.results.results import Results
+from birdstrike.reports.sections import animation, pictures
+from tests.reports.synthetic import strike
+
+
+def test_the_shapes_are_dated_by_the_snapshots_that_are_shown(results: Results) -> None:
+    snapshots = strike(instants=(0.6e-3, 1.2e-3, 1.8e-3, 2.1e-3)).snapshots
+    scene = pictures._scene(results, snapshots)
+    picture = pictures._shapes(results, {"elastic": snapshots}, scene)
+    assert picture.caption.startswith("Simulated bird and plate from the front at 0.60, 1.20, 1.80, 2.10 ms, ")
+    assert "along the plate at 2.10 ms: elastic " in picture.caption
+
+
+def test_the_largest_displacement_is_that_of_the_instants_in_motion(results: Results) -> None:
+    """A sensor's peak between two of them may be larger."""
+    snapshots = strike().snapshots
+    caption = animation._caption({"elastic": snapshots}, pictures._scene(results, snapshots), solid=False)
+    assert "Largest displacement anywhere on the plate at these instants: elastic " in caption
