@@ -273,8 +273,8 @@ def noise_figures(shots: Sequence[Shot], ranking: Ranking) -> dict[str, Any]:
 
 
 def _noise_in(shot: Shot, ranking: Ranking) -> tuple[dict[str, dict[str, Any]], float]:
-    """Of the sensors of one shot, and the numerical share of all of them."""
-    whole = expected_residual(shot, ranking.problem, ranking.models[NONE], ranking.fits[NONE])[1] ** 2
+    """Of the sensors of one shot, and the numerical share of all of them in the whole error, baselines or none."""
+    whole = expected_residual(shot, ranking.problem, ranking.models[NONE], ranking.fits[NONE], others=())[1] ** 2
     numerical = ranking.fits[NONE].system.numerical_variance(shot.name)
     sensors = {}
     for i, trace in enumerate(shot.record.traces):

@@ -105,7 +105,7 @@ def in_its_sense(one: EffectFigures) -> str:
 
 
 def magnitude_words(one: EffectFigures) -> str:
-    """ "+0.2 mm (95 %: +0.1 .. +0.3 mm)"; "at least" where the limit of what was looked at is reached."""
+    """ "+0.2 mm (95 %: +0.1 .. +0.3 mm)"; "beyond" a value where the limit of what was looked at is reached."""
     if one.magnitude is None:
         return ""
     if one.at_bound:
@@ -118,16 +118,16 @@ def magnitude_words(one: EffectFigures) -> str:
 
 
 def beyond(magnitude: float, interval_95: Sequence[float] | None, text: Callable[[float], str]) -> str:
-    """Of a magnitude at the largest that was looked at, what it is at least: its interval's end nearest to 0.
+    """Of a magnitude at the largest that was looked at, what it lies beyond: its interval's end nearest to 0.
 
     Of an interval that holds 0 there is no such thing: its other end, and that it reaches beyond what was looked at.
     """
     if interval_95 is None:
-        return f"at least {text(magnitude)}"
+        return f"beyond {text(magnitude)}"
     low, high = interval_95
     if low <= 0.0 <= high:
         return f"from {text(low if magnitude > 0.0 else high)} to beyond {text(magnitude)}"
-    return f"at least {text(min(low, high, key=abs))}"
+    return f"beyond {text(min(low, high, key=abs))}"
 
 
 def _unless(found: Diagnosis) -> str:

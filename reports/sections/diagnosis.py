@@ -221,10 +221,10 @@ def basis_section(results: DiagnosisResults) -> Section:
     )
     of = "each sensor in the first shot that has it" if len(found.shots) > 1 else "the record"
     words = (
-        f"Noise of {of}; the error of emulator and mesh over the whole error{_left_by(found.baseline)}; and the time "
-        "from which on the curve carries no information, because the model error has grown threefold."
+        f"Noise of {of}; share of emulator and mesh in the whole error; and the time from which on the curve "
+        "carries no information, because the model error has grown threefold."
     )
-    head = ("sensor", "noise", "source", "points", "numerical / whole", "uninformative from")
+    head = ("sensor", "noise", "source", "points", "numerical share", "uninformative from")
     blocks: list[Block] = [Table(head, noise, words), Paragraph(_model_error(found))]
     if found.baseline:
         blocks.append(Paragraph(_baseline(found.baseline, units)))
@@ -243,11 +243,6 @@ def basis_section(results: DiagnosisResults) -> Section:
         reasons = "; ".join(f"{in_words(name)}: {reason}" for name, reason in found.refused.items())
         blocks.append(Paragraph(f"Effects that this case cannot carry: {reasons}."))
     return Section("basis", "Diagnosis: what the answer rests on", tuple(blocks))
-
-
-def _left_by(baseline: Mapping[str, Any] | None) -> str:
-    """What a baseline tells of the whole error is not in it any more."""
-    return " that is left once the baseline is taken off (above 100 % where it tells most of it)" if baseline else ""
 
 
 def _model_error(found: Diagnosis) -> str:

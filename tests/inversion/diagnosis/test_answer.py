@@ -64,8 +64,8 @@ def test_no_other_effect_has_two_opposites_in_its_meaning() -> None:
 @pytest.mark.parametrize(
     ("interval", "words"),
     [
-        ((2e-4, 3e-4), "at least +0.2 mm"),
-        ((-3e-4, -2e-4), "at least -0.2 mm"),
+        ((2e-4, 3e-4), "beyond +0.2 mm"),
+        ((-3e-4, -2e-4), "beyond -0.2 mm"),
         ((-1e-5, 3e-4), "from -0.01 mm to beyond +0.3 mm"),
         ((0.0, 3e-4), "from 0 mm to beyond +0.3 mm"),
     ],

@@ -73,6 +73,13 @@ def test_the_file_has_all_its_keys(laboratory: Laboratory) -> None:
         assert load_case(laboratory.folder / "out" / found["case_after"]).time == tiny().time
 
 
+def test_the_numerical_error_is_a_share_of_the_whole(laboratory: Laboratory) -> None:
+    """It was 134 % beside a baseline, whose part of the whole had been taken off."""
+    noise = laboratory.content()["noise"]
+    shares = [one["numerical_share"] for one in noise["sensors"].values()]
+    assert all(0.0 < share < 1.0 for share in (*shares, noise["numerical_share"]))
+
+
 def test_the_command_says_what_the_file_says(laboratory: Laboratory) -> None:
     told = " ".join(laboratory.first.output.split())
     found = laboratory.content()
