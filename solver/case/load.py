@@ -16,7 +16,7 @@ from birdstrike.data.paths import is_file, resolve_case
 from birdstrike.data.tables.csv_table import read_table
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.case.external import with_deck
-from birdstrike.solver.case.overlay import CHOOSING, Raw, overlay
+from birdstrike.solver.case.overlay import CHOOSING, Raw, overlay, without_key
 
 DEEPEST = 20
 """Levels of tables and lists in a case; the format itself needs 5."""
@@ -73,7 +73,9 @@ def _read(path: Path, chain: tuple[Path, ...]) -> Raw:
 def _extended(own: Raw, folder: Path, where: str, chain: tuple[Path, ...]) -> Raw:
     """A case's own table over the case that it extends. folder: of its paths; where: what holds it, in words."""
     raw = with_mesh_path(with_baselines(with_deck(with_table(own, folder), folder), folder), folder)
-    parent = raw.pop("extends", None)
+    parent, void = raw.pop("extends", None), raw.pop("without", [])
+    if parent is None and void:
+        raise CaseError(f"{where}: without = {void} takes keys of the case that this one extends, and it extends none")
     if parent is None:
         return raw
     if not isinstance(parent, str):
@@ -82,7 +84,39 @@ def _extended(own: Raw, folder: Path, where: str, chain: tuple[Path, ...]) -> Ra
     if source in chain:
         circle = " -> ".join(step.name for step in (*chain, source))
         raise CaseError(f'{where}: extends = "{parent}" closes a circle: {circle}; let one of them stand alone')
-    return overlay(_read(source, (*chain, source)), raw)
+    return overlay(_less(_read(source, (*chain, source)), void, f"{where}: without"), raw)
+
+
+def _less(base: Raw, keys: Any, where: str) -> Raw:
+    """The table without what stands under these dotted keys; raises CaseError for one that it does not have."""
+    if not isinstance(keys, list) or not all(isinstance(key, str) for key in keys):
+        raise CaseError(f'{where} = {keys} must be a list of dotted keys, such as ["sensors.strain_back"]')
+    errors = list[str]()
+    for key in keys:
+        parts, table = _parts(key), base
+        for part in parts[:-1]:
+            table = table.get(part, {}) if isinstance(table, dict) else {}
+        if not isinstance(table, dict) or not parts or parts[-1] not in table:
+            there = f"; under {'.'.join(parts[:-1])} it has {', '.join(table)}" if len(parts) > 1 and table else ""
+            errors.append(f'{where}: the case that is extended has no "{key}"{there}')
+            continue
+        base = without_key(base, parts)
+    if errors:
+        raise CaseError(errors)
+    return base
+
+
+def _parts(key: str) -> list[str]:
+    """The names in a dotted key such as inversion.parameters."bird.density"; none where it is no such key."""
+    try:
+        place: Any = {} if "\n" in key else tomllib.loads(f"{key} = 0")
+    except (ValueError, RecursionError):
+        place = {}
+    found = list[str]()
+    while isinstance(place, dict) and place:
+        ((name, place),) = place.items()
+        found.append(name)
+    return found
 
 
 def _parse(path: Path) -> Raw:
@@ -125,19 +159,13 @@ def override_table(overrides: Mapping[str, Any]) -> Raw:
 
 def _one_override(key: str, value: Any) -> Raw:
     """Of a text TOML's own reading where it has one (numbers, lists, true), else the text; other values as such."""
-    try:
-        place = tomllib.loads(f"{key} = 0")
-    except (ValueError, RecursionError):
-        place = {}
-    if "\n" in key or not place:
+    parts = _parts(key)
+    if not parts:
         raise CaseError(f'"{key}" is not a dotted case key; write --set plate.thickness="8 mm"')
-    content = _reading(value) if isinstance(value, str) else value
-    return toml_value(_at_leaf(toml_value(place), content))
-
-
-def _at_leaf(place: Any, content: Any) -> Any:
-    """The content in place of the one leaf of nested tables."""
-    return {key: _at_leaf(below, content) for key, below in place.items()} if isinstance(place, dict) else content
+    found = _reading(value) if isinstance(value, str) else value
+    for part in reversed(parts):
+        found = {part: found}
+    return toml_value(found)
 
 
 def _reading(text: str) -> Any:

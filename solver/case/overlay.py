@@ -170,7 +170,7 @@ def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:
     if at(over, "bird.method") is not None and after in ONLY_FOR and after != before:
         void += ONLY_FOR.get(before, ())
     for key in void:
-        base = _without(_without_key(base, key.split(".")), key)
+        base = _without(without_key(base, key.split(".")), key)
     return _without_late_snapshots(base, over)
 
 
@@ -216,13 +216,13 @@ def _without_late_snapshots(base: Raw, over: Mapping[str, Any]) -> Raw:
     return base | {"time": dict(base["time"]) | {"snapshots": kept}}
 
 
-def _without_key(table: Any, parts: list[str]) -> Any:
+def without_key(table: Any, parts: list[str]) -> Any:
     """The table without what stands under a dotted key, given in parts."""
     first, *rest = parts
     if not isinstance(table, Mapping) or first not in table:
         return table
     left = {key: value for key, value in table.items() if key != first}
-    return left | {first: _without_key(table[first], rest)} if rest else left
+    return left | {first: without_key(table[first], rest)} if rest else left
 
 
 def _without_void_parameters(base: Raw, over: Mapping[str, Any]) -> Raw:

@@ -179,6 +179,47 @@ def test_extends_merges_table_by_table(tmp_path: Path) -> None:
     assert case.name == "thin_fast"
 
 
+def test_a_case_takes_away_what_it_does_not_want_of_the_one_that_it_extends(tmp_path: Path) -> None:
+    """A sensor, and a sought parameter, whose name holds dots; the rest stays."""
+    first, second = (load_case(name) for name in ("reference_strike", "reference_strike"))
+    sensor, sought = next(iter(first.sensors)), next(iter(first.inversion.parameters))
+    own = tmp_path / "own.toml"
+    keys = [f"sensors.{sensor}", f'inversion.parameters."{sought}"']
+    own.write_text(f"""extends = "reference_strike"\nwithout = {keys!r}\n""")
+    found = load_case(own)
+    assert set(second.sensors) - set(found.sensors) == {sensor}
+    assert set(second.inversion.parameters) - set(found.inversion.parameters) == {sought}
+    assert found.bird == first.bird
+    assert load_case({"extends": "reference_strike", "without": keys}).sensors == found.sensors
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (
+            'without = ["sensors.nose"]',
+            'without: the case that is extended has no "sensors.nose"; under sensors it has ',
+        ),
+        ('without = ["a = 1"]', 'has no "a = 1"'),
+        ('without = "sensors"', "without = sensors must be a list of dotted keys, such as "),
+        ("without = [1]", "without = [1] must be a list of dotted keys"),
+    ],
+)
+def test_what_cannot_be_taken_away_is_named(tmp_path: Path, line: str, said: str) -> None:
+    own = tmp_path / "own.toml"
+    own.write_text(f'extends = "reference_strike"\n{line}\n')
+    with pytest.raises(CaseError) as caught:
+        load_case(own)
+    assert said in str(caught.value)
+
+
+def test_nothing_is_taken_away_of_a_case_that_extends_none(tmp_path: Path) -> None:
+    own = tmp_path / "own.toml"
+    own.write_text('without = ["sensors.nose"]\n')
+    with pytest.raises(CaseError, match="it extends none"):
+        load_case(own)
+
+
 def test_extends_in_a_circle_is_named(tmp_path: Path) -> None:
     extending(tmp_path, "a", 'extends = "b.toml"\n')
     extending(tmp_path, "b", 'extends = "c.toml"\n')
