@@ -273,8 +273,9 @@ INTRODUCTION = """# The keys of a case
 Made by `python docs/case_keys.py` from the models that read a case; do not edit it by hand. A case is a
 TOML file. A quantity is text with its unit (`"10 mm"`), a dimensionless one a bare number; any unit of the same
 dimension will do. Keys that are not listed here are errors. `extends = "reference_strike"` starts from a shipped case,
-or from a file beside this one, and `without = ["sensors.strain_back"]` takes keys of that case away. A key that would do nothing in a case (`bird.lattice` with hexahedra, `plate.damping` of
-a rigid plate) is refused where the case itself gives it, and void where it is inherited.
+or from a file beside this one, and `without = ["sensors.strain_back"]` takes keys of that case away. A key that would
+do nothing in a case (`bird.lattice` with hexahedra, `plate.damping` of a rigid plate) is refused where the case itself
+gives it, and void where it is inherited.
 """
 HEAD = "| key | unit | range | default | meaning |\n|---|---|---|---|---|"
 
