@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
@@ -109,6 +110,13 @@ class Inverted(Section):
             raise complaint(f"has its mean outside the range, {mark.display(low)} .. {mark.display(high)}")
         if not found["sd"] > 0.0:
             raise complaint("has a standard deviation that is not above 0; to fix the value, state it in the case")
+        logarithmic = info.data.get("scale") == "logarithmic"
+        whole = abs(found["mean"] * math.log(high / low)) if logarithmic else high - low
+        if found["sd"] >= whole / math.sqrt(12.0):
+            raise complaint(
+                f"has a standard deviation that tells no more than the range does, whose own is "
+                f"{mark.display(whole / math.sqrt(12.0))}; leave the prior out, or widen the range"
+            )
         return found
 
 

@@ -143,6 +143,10 @@ def test_a_parameters_entry_holds_nothing_but_its_range() -> None:
         ('{ mean = "300 Pa s" }', 'must be a mean and a standard deviation such as { mean = "600 Pa s", sd = '),
         ('{ mean = "1300 Pa s", sd = "80 Pa s" }', "has its mean outside the range, 0 Pa s .. 1200 Pa s"),
         ('{ mean = "300 Pa s", sd = "0 Pa s" }', "has a standard deviation that is not above 0; to fix the value, "),
+        (
+            '{ mean = "300 Pa s", sd = "400 Pa s" }',
+            "tells no more than the range does, whose own is 346.41 Pa s; leave",
+        ),
         ('{ mean = "300 Pa s", sd = "80 mm" }', '.prior.sd = 80 mm is not understood: "80 mm" is not in a unit'),
         ('{ mean = 300, sd = "80 Pa s" }', '.prior.mean = 300 has no unit; write "300 Pa s"'),
     ],
