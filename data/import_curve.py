@@ -99,8 +99,17 @@ def import_record(path: str | Path, options: ImportOptions) -> Measured:
 
 
 def _without_empty_rows(table: LooseTable, columns: Collection[int]) -> LooseTable:
-    """The table without the rows that are empty in all of these columns, as below the shorter of two records."""
-    return replace(table, rows=tuple(row for row in table.rows if any(row[1][i] for i in columns)))
+    """The table without the rows that are empty in all of these columns, as below the shorter of two records.
+
+    Raises MeasuredError where no row is left.
+    """
+    rows = tuple(row for row in table.rows if any(row[1][i] for i in columns))
+    if not rows:
+        names = ", ".join(f'"{table.names[i]}"' for i in columns)
+        raise MeasuredError(
+            f"{table.path}: its columns {names} hold no number; choose others: --time NAME, --sensor NAME=COLUMN"
+        )
+    return replace(table, rows=rows)
 
 
 def _clock_place(table: LooseTable, options: ImportOptions) -> int | None:
@@ -110,7 +119,10 @@ def _clock_place(table: LooseTable, options: ImportOptions) -> int | None:
         return first_clock(table) if named is None else named
     place = _first_filled(table) if named is None else named
     own = table.heads[place].unit if table.heads else None
-    if own is None and counts_samples(table, place) and (table.width > 1 or options.time):
+    read = [table.names.index(name) for name in options.sensors if name in table.names]
+    read += [table.index(column) for column in options.sensors.values() if column]
+    may_count = bool(options.time) or (table.width > 1 and place not in read)
+    if own is None and may_count and counts_samples(table, place):
         return place
     if options.time and not _is_time(table, place):
         raise MeasuredError(
@@ -121,8 +133,8 @@ def _clock_place(table: LooseTable, options: ImportOptions) -> int | None:
 
 
 def _first_filled(table: LooseTable) -> int:
-    """The first column that holds a number: text, such as a date or a file's name, has been taken out of it."""
-    return next(i for i in range(table.width) if table.filled(i))
+    """The first column that holds a number, 0 without any: text, such as a file's name, has been taken out of it."""
+    return next((i for i in range(table.width) if table.filled(i)), 0)
 
 
 def counts_samples(table: LooseTable, index: int) -> bool:

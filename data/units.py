@@ -149,7 +149,7 @@ def _base(unit: str) -> tuple[Decimal, str]:
 def _may_be_a_strain(unit: str) -> bool:
     """Whether a number without dimension is one by its unit: not a quotient of anything but lengths, as mV/V is."""
     above, stroke, below = unit.partition("/")
-    return not stroke or all(_base(part.strip())[1] == "m" for part in (above, below))
+    return not stroke or all(_base(part.strip(" ()"))[1] == "m" for part in (above, below))
 
 
 def meant(unit: str) -> str:

@@ -160,9 +160,7 @@ def main() -> None:
             for name, (fit, took) in trained.items():
                 scores[place][name].training = took
                 answer = network_answer(dataset, fit, found.observations, {CHANNEL: TIMES}, drift)
-                own = network_estimates(
-                    dataset, fit, answer, found.calibration.coordinates, found.prior_predictive.inside
-                )
+                own = network_estimates(dataset, fit, answer, found.prior_predictive.inside)
                 scores[place][name].add(own, truth, dataset)
                 scores[place][name].left += int(((answer.raw < dataset.lows) | (answer.raw > dataset.highs)).any())
     table = [

@@ -270,7 +270,8 @@ def _without_repeated(
     """The rows without the lines that stand above the table too, as where a logger begins a page, and their numbers."""
     above = {line.strip() for line in lines[:start]}
     repeated = [i for i, cells in body if lines[i - 1].strip() in above and _numbers(cells) is None]
-    return [(i, cells) for i, cells in body if i not in repeated], repeated
+    left_out = set(repeated)
+    return [(i, cells) for i, cells in body if i not in left_out], repeated
 
 
 def _end(lines: Sequence[str], start: int) -> int:

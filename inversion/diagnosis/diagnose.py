@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
-from birdstrike.data.formatting import quantity, span
+from birdstrike.data.formatting import quantity
 from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress
 from birdstrike.doe.campaign.run import retry_before
@@ -239,7 +239,7 @@ def apart(case: Case, first: Case) -> list[str]:
         return [f"case {case.name} names its inversion.parameters in another order than case {first.name}"]
     return [
         f'inversion.parameters."{name}" is {sought(own.get(name))} in case {case.name} and {sought(theirs.get(name))} '
-        f"in case {first.name}: shots share their parameters and the ranges of these; state them alike in both"
+        f"in case {first.name}: shots share their parameters, with their ranges and priors; state them alike in both"
         for name in differ
     ]
 
@@ -267,8 +267,8 @@ def other_kinds(case: Case, first: Case) -> list[str]:
 
 
 def sought(one: Parameter | None) -> str:
-    """Range of a parameter in words."""
-    return "not sought" if one is None else f"{span(one.low, one.high, one.unit)} ({one.scale})"
+    """How a case seeks a parameter, in words."""
+    return "not sought" if one is None else one.words
 
 
 def unusable(record: Measured, case: Case) -> list[str]:

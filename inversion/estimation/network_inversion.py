@@ -12,8 +12,8 @@ from scipy.stats import t as student
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import listing, plain, quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.estimation.coordinates import Coordinates
 from birdstrike.inversion.estimation.estimates import NEWS, OUTSIDE, reported
+from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.estimates import Estimate
@@ -87,14 +87,12 @@ def _strange(outside: NDArray[np.bool_], read: Mapping[str, Array]) -> str:
     )
 
 
-def network_estimates(
-    dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, coordinates: Coordinates, inside: bool
-) -> dict[str, Estimate]:
+def network_estimates(dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, inside: bool) -> dict[str, Estimate]:
     """Values, with intervals from the errors on the held-out samples and the noise where there is ground for them.
 
-    A parameter that is not identified has its whole range, as with the emulator.
+    A parameter that is not identified has its whole range: the network knows no prior that a case states.
     """
-    prior = coordinates.prior.width() * (dataset.highs - dataset.lows)
+    prior = NormalPrior.of_ranges(len(dataset.names)).width() * (dataset.highs - dataset.lows)
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
         interval, why = _interval(dataset, fit, answer, i) if inside else (None, OUTSIDE)

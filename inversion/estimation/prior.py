@@ -18,6 +18,9 @@ UNIFORM_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over 0..1
 CONFLICT = 3.0
 """Standard deviations of its distribution before the record, by which a posterior mean lies off where prior and record
 contradict each other: once in 370 times by chance (Evans & Moshonov, Bayesian Anal. 1 (2006) 893)."""
+SILENT = 1e-3
+"""Share of the prior's standard deviation. Where that distribution is narrower, the record says nothing of the
+parameter, and the mean is off by the tolerance of the fit or by a region without runs."""
 
 
 @dataclass(frozen=True)
@@ -86,11 +89,11 @@ def conflicts(
     """
     found, expected = list[str](), np.sqrt(np.maximum(prior.sd**2 - sd**2, 0.0))
     off = np.abs(mean - prior.mean)
-    for i in np.flatnonzero(prior.stated & (expected > 0.0) & (off > CONFLICT * expected)):
-        answer, stated = (shown(int(i), float(z[i])) for z in (mean, prior.mean))
+    for i in np.flatnonzero(prior.stated & (expected > SILENT * prior.sd) & (off > CONFLICT * expected)):
+        side = "above" if mean[i] > prior.mean[i] else "below"
         found.append(
-            f"{plain(names[int(i)], names)}: the record contradicts the stated prior: with it the answer is {answer}, "
-            f"{off[i] / expected[i]:.1f} times as far from the prior's mean, {stated}, as is to be expected; check the "
-            "prior, or leave it out"
+            f"{plain(names[int(i)], names)}: the record contradicts the stated prior about "
+            f"{shown(int(i), float(prior.mean[i]))}: with it the answer lies {off[i] / prior.sd[i]:.2g} of its standard "
+            f"deviations {side}, {off[i] / expected[i]:.1f} times what is expected; check the prior, or leave it out"
         )
     return found

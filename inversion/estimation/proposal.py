@@ -63,7 +63,7 @@ def by_network(calibration: Calibration, fit: NetworkFit, answer: NetworkAnswer)
     """The network's answer; on a rank-deficient design its nearest point on what the design carries."""
     if calibration.design.deficient:
         return _carried(calibration, np.clip(calibration.coordinates.nearest(answer.theta), 0.0, 1.0), None)
-    estimates = network_estimates(calibration.dataset, fit, answer, calibration.coordinates, calibration.inside)
+    estimates = network_estimates(calibration.dataset, fit, answer, calibration.inside)
     return Proposal(answer.theta, estimates, None)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
-from birdstrike.data.formatting import plain, quantity, span
+from birdstrike.data.formatting import plain, quantity
 from birdstrike.solver.bird.eos.interface import Sought
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.interface import BirdMaterial, Material
@@ -243,7 +243,4 @@ def refuse_other_parameters(chosen: Candidate, cases: Sequence[Case]) -> None:
 
 def _sought(parameter: Parameter | None) -> str:
     """How a case seeks a constant, in words."""
-    if parameter is None:
-        return "not sought"
-    known = f", {parameter.prior_words}" if parameter.prior else ""
-    return f"sought in {span(parameter.low, parameter.high, parameter.unit, 6)} ({parameter.scale}){known}"
+    return "not sought" if parameter is None else f"sought in {parameter.words}"

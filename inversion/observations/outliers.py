@@ -47,8 +47,9 @@ NEIGHBOURS_SIGMA = 1.39  # of a point minus the cubic through four neighbours, f
 def held(values: Array) -> NDArray[np.bool_]:
     """(n,) True at readings that only repeat the one before, as many in a row each time: of a slower channel.
 
-    A logger that writes all channels at the fastest one's rate does so. A slow motion in steps of a coarse digitiser
-    repeats readings too, but goes on by one step.
+    A logger that writes all channels at the fastest one's rate does so; a longer stretch of equal readings, as at rest,
+    has several of the slower channel. A slow motion in steps of a coarse digitiser repeats readings too, but goes on by
+    one step.
     """
     begins = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]])) if len(values) else np.zeros(0, int)
     lengths = np.diff(begins)[1:]
@@ -58,9 +59,9 @@ def held(values: Array) -> NDArray[np.bool_]:
     usual, moves = float(np.median(lengths)), float(np.median(np.abs(np.diff(values[begins]))))
     if usual < 2.0 or (lengths == usual).mean() < HELD_SHARE or moves < HELD_STEPS * digitiser_step(values):
         return marked
-    marked[:] = True
-    marked[begins] = False
-    return marked
+    places = np.arange(len(values))
+    since = places - begins[np.searchsorted(begins, places, side="right") - 1]
+    return np.asarray(since % round(usual) != 0)
 
 
 def clipped(values: Array) -> NDArray[np.bool_]:

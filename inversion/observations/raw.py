@@ -88,7 +88,7 @@ def with_sigma(measured: Measured, stated: Mapping[str, float | None]) -> Measur
     for name, value in stated.items():
         example = _EXAMPLES.get(measured.units[name], f"1 {measured.units[name]}")
         if value is not None and not value > 0.0:
-            raise MeasuredError(f'--sigma {name}: a standard deviation is above 0, such as --sigma {name}="0.05 mm"')
+            raise MeasuredError(f'--sigma {name}: a standard deviation is above 0, such as --sigma {name}="{example}"')
         if value is None and not found[name].known:
             raise MeasuredError(
                 f"--sigma record: {name} in {measured.path} gives no estimate of its noise: fewer than "

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from birdstrike.data.curves import Measured
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.observations.reader import BESIDE, CLIPPED, FROZEN, OUTLIER, OUTSIDE, ChannelRecord
+from birdstrike.inversion.observations.reader import BESIDE, CLIPPED, FROZEN, HELD, OUTLIER, OUTSIDE, ChannelRecord
 from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, words
 from birdstrike.reports.figures.style import (
     BLACK,
@@ -89,7 +89,8 @@ def _draw(axes: Axes, channel: DrawnChannel) -> None:
         at, kept - band, kept + band, color=SKY, alpha=0.45, lw=0, label=f"± {SIGMAS:g} sigma of the noise"
     )
     axes.plot(at, values, color=GREY, lw=0.6)
-    axes.plot(at, kept, color=BLACK, lw=0.9, marker="o" if len(at) < 60 else "", markersize=3, label="used")
+    size = 3 if len(at) < 60 else 1.5 if HELD in channel.cuts else 0  # each kept one stands alone between held ones
+    axes.plot(at, kept, color=BLACK, lw=0.9, marker="o" if size else "", markersize=size, label="used")
     for reason, times in channel.cuts.items():
         which = np.isin(channel.time, times)
         label = f"{reason.split(' (')[0].rstrip(',')}: {len(times)}"

@@ -57,7 +57,7 @@ def _row(results: InversionResults, method: str, channel: str) -> tuple[str, ...
 
 def signed(number: float, unit: str) -> str:
     """A difference with its sign: `+5.4 %`."""
-    text = f"{number:+.0f}" if abs(number) >= 100 else f"{number:+#.2g}".rstrip(".")
+    text = f"{number:+.0f}" if abs(number) >= 99.5 else f"{number:+#.2g}".rstrip(".")
     return f"{text} {unit}".replace("-", "−", 1)
 
 

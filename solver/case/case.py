@@ -14,7 +14,7 @@ from typing import Annotated, Any
 from pydantic import Field, PrivateAttr, ValidationError, field_validator
 
 from birdstrike.data.errors import CaseError
-from birdstrike.data.formatting import many, quantity
+from birdstrike.data.formatting import many, quantity, span
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
@@ -56,11 +56,12 @@ class Parameter:
     prior: Prior | None = None
 
     @property
-    def prior_words(self) -> str:
-        """The stated prior as a reader has it."""
+    def words(self) -> str:
+        """Range, scale and stated prior, with the digits by which two cases may differ."""
+        limits = f"{span(self.low, self.high, self.unit, 6)} ({self.scale})"
         if self.prior is None:
-            return ""
-        return f"prior {quantity(self.prior.mean, self.unit)} ± {quantity(self.prior.sd, self.unit)}"
+            return limits
+        return f"{limits}, prior {quantity(self.prior.mean, self.unit, 6)} ± {quantity(self.prior.sd, self.unit, 6)}"
 
 
 class Case(Section):

@@ -92,6 +92,8 @@ def test_a_force_without_rest_gives_no_noise_of_its_own(tmp_path: Path) -> None:
     assert found.exit_code == 1
     assert 'where only a displacement can show it; state it: --sigma reaction_force="0.1 kN"' in found.output
     assert "noise" not in invoke(tmp_path / "a.csv", *options).output
+    none = invoke(tmp_path / "a.csv", *options, "--sigma", "0 kN")
+    assert 'above 0, such as --sigma reaction_force="0.1 kN"' in none.output
 
 
 @pytest.mark.parametrize(("given", "sigma"), [("0.05 mm", 5e-5), (f"{CENTRE}=50 um", 5e-5), ("record", 3e-5)])

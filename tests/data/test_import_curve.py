@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured, read_measured, write_measured
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.import_curve import ImportOptions, import_record
 from birdstrike.data.units import scaled
 
@@ -229,6 +229,13 @@ def test_the_shorter_of_two_records_beside_each_other_comes_in_by_its_clock(tmp_
     assert imported(tmp_path / "a.csv", text, ImportOptions({"f": "f"}, "3")).time.tolist() == [0.0, 5e-4]
 
 
+def test_a_clock_and_a_reading_that_are_both_empty_are_refused(tmp_path: Path) -> None:
+    """It ended in a traceback."""
+    text = "t [ms],w [mm],t2 [ms],f [kN]\n0,0,,\n1,1,,\n2,2,,\n"
+    with pytest.raises(MeasuredError, match=r'its columns "t2", "f" hold no number; choose others: --time'):
+        imported(tmp_path / "a.csv", text, ImportOptions({"f": "f"}, "t2"))
+
+
 def test_an_even_reading_that_has_a_unit_is_no_clock(tmp_path: Path) -> None:
     rows = "".join(f"{k},{0.5 * k},{k * k}\n" for k in range(10))
     found = imported(tmp_path / "daq.csv", f"t [ms],Weg [mm],f [kN]\n{rows}", ImportOptions({"f": "f"}))
@@ -277,6 +284,15 @@ def test_the_frames_of_a_camera_are_counted_and_a_lost_one_leaves_its_time_out(
     rows = "".join(f"{frame};{k}.5\n" for k, frame in enumerate(frames))
     found = imported(tmp_path / "track.csv", f"{head}\n{rows}", ImportOptions({"w": "w"}, rate=rate))
     assert np.diff(found.time) == pytest.approx([1e-4, 2e-4], rel=1e-12)
+
+
+@pytest.mark.parametrize("column", ["w", "1", ""])
+def test_a_reading_in_whole_numbers_that_rises_does_not_count_samples(tmp_path: Path, column: str) -> None:
+    """Samples came 0, 1, 4 and 9 steps after the first."""
+    options = ImportOptions({"w": column}, units={"w": "um"}, rate="10 kHz")
+    found = imported(tmp_path / "a.csv", "w,u\n0,1\n1,0\n4,2\n9,0\n", options)
+    assert found.time == pytest.approx([0.0, 1e-4, 2e-4, 3e-4], rel=1e-12)
+    assert found.channels["w"] == pytest.approx([0.0, 1e-6, 4e-6, 9e-6], rel=1e-12)
 
 
 def test_a_rate_that_contradicts_the_clock_behind_a_number_of_the_row_is_refused(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from birdstrike.data.units import (
     ACCEPTED,
     DISPLAY,
     UnitError,
+    dimension,
     display,
     factor,
     from_si,
@@ -133,3 +134,10 @@ def test_a_percentage_is_a_share(text: str, value: float) -> None:
 def test_what_is_no_percentage_is_refused(text: str) -> None:
     with pytest.raises(UnitError, match=f'"{text}" is not '):
         share(text)
+
+
+@pytest.mark.parametrize(
+    ("unit", "kind"), [("um/m", ""), ("(um/m)", ""), ("mm/(mm)", ""), ("%", ""), ("mV/V", "ratio"), ("kg/kg", "ratio")]
+)
+def test_a_quotient_of_anything_but_lengths_is_no_strain(unit: str, kind: str) -> None:
+    assert dimension(unit) == kind

@@ -97,6 +97,13 @@ def test_several_times_in_a_file_of_matlab_are_told_apart(tmp_path: Path) -> Non
     np.testing.assert_allclose(found.time, 2.0 * TIME)
 
 
+def test_a_file_without_a_number_is_refused(tmp_path: Path) -> None:
+    """A logger that lost its sensors writes NaN alone; it ended in a traceback."""
+    savemat(tmp_path / "a.mat", {"t": np.full(9, np.nan), "w": np.full(9, np.nan)})
+    with pytest.raises(MeasuredError, match=r'its columns "t", "w" hold no number'):
+        import_record(tmp_path / "a.mat", ImportOptions({"w": "w"}, units={"time": "s", "w": "m"}))
+
+
 def test_numbers_that_stand_as_text_in_a_sheet_are_asked_about(tmp_path: Path) -> None:
     """1,503 MPa as text beside a clock of numbers was read as 1503 MPa, and --decimal was passed over."""
     openpyxl: Any = pytest.importorskip("openpyxl")

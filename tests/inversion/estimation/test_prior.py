@@ -15,7 +15,7 @@ from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling, sample
-from birdstrike.inversion.estimation.prior import NormalPrior
+from birdstrike.inversion.estimation.prior import NormalPrior, conflicts
 from birdstrike.inversion.estimation.shots import Shot, joined
 from birdstrike.inversion.invert import invert
 from birdstrike.inversion.models.scaled import Scale
@@ -77,8 +77,22 @@ def test_a_prior_that_the_record_contradicts_is_told(
     lines = [line for line in located(dataset, emulator, known(mean, sd)).warnings if "stated prior" in line]
     assert bool(lines) is contradicted
     if contradicted:
-        assert lines[0].startswith("damping: the record contradicts the stated prior: with it the answer is ")
-        assert "prior's mean, 0.24, as is to be expected" in lines[0]
+        assert lines[0].startswith("damping: the record contradicts the stated prior about 0.24: with it the answer ")
+        assert " of its standard deviations below, " in lines[0]
+
+
+def test_a_record_that_says_nothing_of_a_parameter_contradicts_no_prior() -> None:
+    """Its mean is off by the fit's tolerance, or by a region without runs; next to nothing is to be expected."""
+    prior = NormalPrior(np.array([0.5, 0.9]), np.array([0.1, 0.02]), np.array([True, True]))
+    mean, sd = np.array([0.5 + 1e-6, 0.8]), prior.sd * (1.0 - 1e-13)
+    assert not conflicts(prior, ("a", "b"), mean, sd, "{}: {}".format)
+
+
+def test_a_prior_far_narrower_than_the_record_can_be_contradicted() -> None:
+    """Record 0.9 ± 0.1 and prior 0.5 ± 0.001: 4 standard deviations apart, and the answer hardly leaves the prior."""
+    prior, gain = NormalPrior(np.array([0.5]), np.array([0.001]), np.array([True])), 1e-6 / (1e-6 + 1e-2)
+    (said,) = conflicts(prior, ("a",), prior.mean + 0.4 * gain, prior.sd * np.sqrt(1.0 - gain), "{}: {:.5f}".format)
+    assert "4.0 times as far" in said
 
 
 def test_who_states_a_prior_hears_that_the_network_does_not_know_it(dataset: Dataset, emulator: Emulator) -> None:
@@ -86,6 +100,18 @@ def test_who_states_a_prior_hears_that_the_network_does_not_know_it(dataset: Dat
     assert said in located(dataset, emulator, known(0.5, 0.1), "both").warnings
     assert said not in located(dataset, emulator, known(0.5, 0.1)).warnings
     assert said not in located(dataset, emulator, {}, "both").warnings
+
+
+def test_the_networks_answer_does_not_hang_on_a_prior(dataset: Dataset) -> None:
+    """It was called not identified where it was wider than a prior that it does not know."""
+    peak, options = NAMES[0], InversionOptions(method="network", hidden=4, noise={CHANNEL: 0.1 * NOISE})
+    stated = {peak: Prior(mean=truth(SHARE)[0], sd=0.001 * (HIGHS[0] - LOWS[0]))}
+    free, told = (
+        invert(dataset, record(truth(SHARE)), forward, replace(options, priors=one)).inversion.methods["network"]
+        for one in ({}, stated)
+    )
+    assert free.parameters[peak].identified
+    assert told.parameters == free.parameters
 
 
 def test_what_the_record_does_not_tell_has_the_stated_prior_as_its_interval() -> None:

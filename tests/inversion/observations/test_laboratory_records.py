@@ -241,6 +241,12 @@ def test_a_slower_channel_that_the_logger_repeats_is_read_at_its_own_rate() -> N
     assert "360 points at -0.99 .. 2.99 ms are held (a slower channel's reading repeated)" in found.warnings[0]
 
 
+def test_readings_of_a_slower_channel_that_are_alike_are_all_kept() -> None:
+    """100 readings at rest, five times each, came down to one, and the rest before contact was lost."""
+    slow = np.concatenate([np.zeros(100), np.round(2000.0 * np.sin(np.arange(300) / 60.0))])
+    assert np.flatnonzero(~held(np.repeat(slow, 5))).tolist() == list(range(0, 2000, 5))
+
+
 def test_a_slow_motion_in_steps_of_a_digitiser_is_not_held() -> None:
     clock = STEP * np.arange(400)
     assert not held(np.round(clock / 5e-5) * 1e-4).any()

@@ -14,6 +14,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from birdstrike.inversion.observations.reader import HELD
 from birdstrike.reports.comparison.end_state import impulse
 from birdstrike.reports.figures.curves import VerifiedCurve, comparison_figure
 from birdstrike.reports.figures.cut import Sheets
@@ -23,6 +24,7 @@ from birdstrike.reports.figures.models import ModelCurve, RecordCurve, models_fi
 from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
 from birdstrike.reports.figures.posterior import sobol_figure
 from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
+from birdstrike.reports.figures.record import DrawnChannel, record_figure
 from birdstrike.reports.figures.setup import SetUp, bird_outline, setup_figure
 from birdstrike.reports.figures.shapes import shapes_figure
 from birdstrike.reports.figures.stress import stress_figure, stress_scales
@@ -354,3 +356,14 @@ def test_each_column_of_a_residual_figure_has_its_time_below() -> None:
         True,
         True,
     ]
+
+
+def test_readings_between_repeated_ones_are_seen() -> None:
+    """Each stands alone, so that a line through them draws nothing."""
+    time = 1e-5 * np.arange(200)
+    held = time[np.arange(200) % 5 != 0]
+    drawn = DrawnChannel(
+        "displacement_centre", "m", time, 1e-3 * np.sin(1e3 * time), {HELD: held}, None, 1e-5, "stated"
+    )
+    (used,) = (line for line in record_figure([drawn]).axes[0].get_lines() if line.get_label() == "used")
+    assert used.get_marker() == "o"

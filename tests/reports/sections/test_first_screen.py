@@ -52,12 +52,13 @@ def test_the_diagnosis_s_own_simulations_are_not_claimed_to_be_listed(results: R
 
 def test_a_difference_has_two_digits_and_no_bare_point() -> None:
     """-4 % stood below -5.2 %."""
-    assert [summary.signed(x, "%") for x in (-4.0, 12.4, 0.0, 118.0, 7.38)] == [
+    assert [summary.signed(x, "%") for x in (-4.0, 12.4, 0.0, 118.0, 7.38, 99.6)] == [
         "−4.0 %",
         "+12 %",
         "+0.0 %",
         "+118 %",
         "+7.4 %",
+        "+100 %",
     ]
 
 
