@@ -92,7 +92,7 @@ def test_a_prior_far_narrower_than_the_record_can_be_contradicted() -> None:
     """Record 0.9 ± 0.1 and prior 0.5 ± 0.001: 4 standard deviations apart, and the answer hardly leaves the prior."""
     prior, gain = NormalPrior(np.array([0.5]), np.array([0.001]), np.array([True])), 1e-6 / (1e-6 + 1e-2)
     (said,) = conflicts(prior, ("a",), prior.mean + 0.4 * gain, prior.sd * np.sqrt(1.0 - gain), "{}: {:.5f}".format)
-    assert "4.0 times as far" in said
+    assert "4.0 times what is expected" in said
 
 
 def test_who_states_a_prior_hears_that_the_network_does_not_know_it(dataset: Dataset, emulator: Emulator) -> None:
