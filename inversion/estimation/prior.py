@@ -94,6 +94,7 @@ def conflicts(
         found.append(
             f"{plain(names[int(i)], names)}: the record contradicts the stated prior about "
             f"{shown(int(i), float(prior.mean[i]))}: with it the answer lies {off[i] / prior.sd[i]:.2g} of its "
-            f"standard deviations {side}, {off[i] / expected[i]:.1f} times what is expected; check the prior, or leave it out"
+            f"standard deviations {side}, {off[i] / expected[i]:.1f} times what is expected; check the prior, or leave "
+            "it out"
         )
     return found
