@@ -80,9 +80,8 @@ def _strange(outside: NDArray[np.bool_], read: Mapping[str, Array]) -> str:
     places = [(channel, time) for channel, times in read.items() for time in times]
     named = [f"{plain(c)} at {1e3 * t:.3g} ms" for (c, t), one in zip(places, outside, strict=True) if one]
     shown = listing(named, MOST_NAMED)
-    lie = "lies" if len(named) == 1 else "lie"
     return (
-        f"{len(named)} of the network's {len(outside)} inputs {lie} outside what it was trained on ({shown}): it "
+        f"{len(named)} of the network's {len(outside)} inputs lie outside what it was trained on ({shown}): it "
         "extrapolates there, and its answer counts for less; use the emulator's, or widen the campaign's ranges"
     )
 
