@@ -113,7 +113,8 @@ def test_what_is_copied_from_the_page_is_a_case_s_table() -> None:
     axis = {"key": "target.supports.left edge.rotational", "unit": "", "factor": 1.0}
     view = {"parameters": [axis], "effects": effects, "case": "flat_plate_002"}
     point = {"theta": [2.0], "effects": {name: 1e-6 * (i + 1) for i, name in enumerate(names)}}
-    script = (Path(explore.__file__).parent / "page" / "copy.js").read_text(encoding="utf-8")
+    page = Path(explore.__file__).parent / "page"
+    script = "".join((page / name).read_text(encoding="utf-8") for name in ("numbers.js", "copy.js"))
     script += f"const view = {json.dumps(view)}, point = {json.dumps(point)};"
     script += "console.log(JSON.stringify([tomlOf(view, point), commandOf(view, point)]));"
     done = subprocess.run(["node", "-e", script], capture_output=True, text=True, check=True)
