@@ -99,24 +99,25 @@ def invert(
     choice, report = options or InversionOptions(), progress or silent
     methods = choice.methods()
     located = locate(dataset, measured, choice, emulator, lambda f: report(0.2 * f), columns)
-    warnings, proposals, network, training = list(located.warnings), {}, None, None
+    proposals, network, training, of_network = {}, None, None, ()
     if "network" in methods:
         network, answer, training = answer_of_network(located, choice, lambda f: report(0.2 + 0.1 * f))
         proposals["network"] = by_network(located.calibration, network, answer)
-        warnings += answer.warnings
+        of_network = answer.warnings
     if "emulator" in methods:
         proposals["emulator"] = by_emulator(located.calibration)
     posterior = located.calibration.posterior
     verified = verify_all(dataset, proposals, forward, lambda f: report(0.3 + 0.7 * f))
     tested = verified if "emulator" in verified else {**verified, **_run_at_the_fit(located, forward)}
     predictive = emulator_or_model(located.prior_predictive, _solver_error(located, tested), _q2(located.emulator))
+    of_curve = list(located.warnings)
     if predictive.coarse:
         coarse = prior_predictive_warning(predictive, located.observations, choice.more_runs)
-        warnings[: 0 if located.prior_predictive.inside else 1] = [coarse]
+        of_curve[: 0 if located.prior_predictive.inside else 1] = [coarse]
         proposals = {method: too_coarse(proposal, dataset) for method, proposal in proposals.items()}
         posterior = None
     answers = {method: answered(located, proposals[method], verified[method]) for method in methods}
-    warnings += [f"the verification run of the {m} failed: {v.failure}" for m, v in verified.items() if v.failure]
+    failed = [f"the verification run of the {m} failed: {v.failure}" for m, v in verified.items() if v.failure]
     inversion = Inversion(
         methods=answers,
         best=best(answers),
@@ -124,7 +125,7 @@ def invert(
         design=located.calibration.design,
         runs_used=len(dataset.runs),
         time_offset=located.origin,
-        warnings=tuple(warnings),
+        warnings=(*failed, *of_curve, *of_network),
         training=training,
         emulator=emulator_figures(located.emulator, dataset),
         prior_predictive=predictive,

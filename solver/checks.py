@@ -65,30 +65,47 @@ def untouched(coupling: Coupling) -> str:
 
 
 def warnings_of(case: Case, coupling: Coupling) -> list[str]:
-    """What the user should know about a run that nevertheless finished."""
-    warnings = coupling.bird.warnings(coupling.balance.normal_energy)
-    warnings += setup_warnings(case) + remarks_on_sensors(case.sensors, coupling)
-    if coupling.deepest == 0.0:
-        warnings.append(untouched(coupling))
+    """What the user should know about a run that nevertheless finished, the gravest first."""
+    return [
+        *_of_the_meeting(coupling),
+        *setup_warnings(case),
+        *remarks_on_sensors(case.sensors, coupling),
+        *_of_what_failed(coupling),
+        *coupling.bird.warnings(coupling.balance.normal_energy),
+        *case.bird.material.warnings(coupling.bird.equivalent_viscosity()),
+        *_of_hourglass(case, coupling),
+    ]
+
+
+def _of_the_meeting(coupling: Coupling) -> list[str]:
+    """Bird and plate that never met, or met later than the stand-off says."""
+    found = [untouched(coupling)] if coupling.deepest == 0.0 else []
     if coupling.first_touch_off_plate:
-        warnings.append(
+        found.append(
             "the bird reaches the plate's plane beside the plate: first contact comes later than stand-off says"
         )
-    if coupling.bird.facts()["eroded_mass_fraction"] > EROSION_LIMIT:
-        text = f"erosion took more than {EROSION_LIMIT:.0%} of the bird's mass, which then pushed nothing"
-        warnings.append(f"{text}: check the bird's limits")
-    warnings += case.bird.material.warnings(coupling.bird.equivalent_viscosity())
+    return found
+
+
+def _of_what_failed(coupling: Coupling) -> list[str]:
+    """Torn shells, broken rivets, particles squeezed through a tear, an eroded bird."""
+    found = []
     if torn := coupling.plate.eroded:
-        warnings.append(f"the plate tore: {torn} of {len(coupling.plate.quads)} shells reached the failure strain")
+        found.append(f"the plate tore: {torn} of {len(coupling.plate.quads)} shells reached the failure strain")
     rivets = coupling.plate.rivets
     if rivets is not None and rivets.lost:
         told = rivets.losses(coupling.begin)
-        warnings.append(f"{rivets.lost} of {len(rivets)} rivets broke: they hold nothing since then ({told})")
+        found.append(f"{rivets.lost} of {len(rivets)} rivets broke: they hold nothing since then ({told})")
     if squeezed := coupling.contact.squeezed:
-        warnings.append(f"{squeezed} particles were squeezed through the edge of a tear, not through its opening")
+        found.append(f"{squeezed} particles were squeezed through the edge of a tear, not through its opening")
+    if coupling.bird.facts()["eroded_mass_fraction"] > EROSION_LIMIT:
+        text = f"erosion took more than {EROSION_LIMIT:.0%} of the bird's mass, which then pushed nothing"
+        found.append(f"{text}: check the bird's limits")
+    return found
+
+
+def _of_hourglass(case: Case, coupling: Coupling) -> list[str]:
     hourglass, internal = coupling.balance.energy["plate_hourglass"], coupling.balance.energy["plate_internal"]
-    if hourglass > 0.05 * internal > 0.0:
-        warnings.append(
-            f"hourglass energy is {hourglass / internal:.0%} of the plate's internal energy: refine {shells_of(case)}"
-        )
-    return warnings
+    if not hourglass > 0.05 * internal > 0.0:
+        return []
+    return [f"hourglass energy is {hourglass / internal:.0%} of the plate's internal energy: refine {shells_of(case)}"]

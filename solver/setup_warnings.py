@@ -27,20 +27,19 @@ RINGS = 100
 
 
 def setup_warnings(case: Case) -> list[str]:
-    """Sentences about what is allowed and spoils the answer: what was found, what it means, what to do."""
-    late = unrecorded(case.instrument, case.first_contact, case.time.end)
+    """Sentences about what is allowed and spoils the answer, the gravest first, each with a remedy."""
     return [
+        *aimed_off(case),
+        *free_target(case),
+        *other_thicknesses(case),
+        *bird_beside_plate(case),
         *coarse_mesh(case),
         *doubtful_shells(case),
-        *other_thicknesses(case),
-        *free_target(case),
-        *aimed_off(case),
         *edge_on(case),
         *long_rivets(case),
         *loose_ties(case),
-        *bird_beside_plate(case),
         *remarks(case),
-        *late,
+        *unrecorded(case.instrument, case.first_contact, case.time.end),
     ]
 
 

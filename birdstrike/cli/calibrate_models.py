@@ -97,7 +97,7 @@ def command(
             progress=lambda _, share: advance(share),
         )
     page = write_models_page(out)
-    warn(found.warnings, f"{page} and models.json", ordered=True)
+    warn(found.warnings, f"{page} and models.json")
     if found.simulated:
         say(found.provenance)
     console.print(table(found))

@@ -5,13 +5,12 @@ from __future__ import annotations
 import errno
 import functools
 import json
-import re
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from itertools import accumulate
+from itertools import zip_longest
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, NoReturn
 
@@ -35,17 +34,6 @@ DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 MOST_WARNINGS = 5
 """On the terminal, in all of a command; --json and the files of the command keep every one."""
-
-GRAVITY = tuple(
-    re.compile(rf"\b(?:{words})\b", re.IGNORECASE)
-    for words in (
-        r"cannot|(?<!\.)failed|did not touch|flew past|no measurement|no parameter is identified",
-        r"R-hat|diverging|oscillating|tore|squeezed|erosion took|was eroded|erodes|hourglass|"
-        r"shock viscosity|held by|nothing holds|not that mixture's|interpolates|force is zero|too coarse|fly past",
-        r"outside|beyond|clipped|correlated|correlation|widened|half the time step|poorly|no noise is",
-    )
-)
-"""Words of warnings, the gravest first: no result, a result that may be wrong, an interval or a sensor that may be."""
 
 HEARD = "the output of --json"
 """What holds the warnings that were given on the way to a result."""
@@ -90,11 +78,11 @@ def say(text: str = "") -> None:
 class _Warnings:
     """Warnings of the running command.
 
-    waiting: line -> its gravity and what holds all of its kind, until they are shown; past: lines that were; room: for
-    how many more there is.
+    waiting: line -> what holds all of its kind, until they are shown; past: lines that were; room: for how many more
+    there is.
     """
 
-    waiting: dict[str, tuple[int, str]] = field(default_factory=dict)
+    waiting: dict[str, str] = field(default_factory=dict)
     past: set[str] = field(default_factory=set)
     room: int = MOST_WARNINGS
 
@@ -102,27 +90,24 @@ class _Warnings:
         """Begin a command."""
         self.waiting, self.past, self.room = {}, set(), MOST_WARNINGS
 
-    def add(self, lines: Iterable[str], where: str, ordered: bool = False) -> None:
-        """Keep lines that are new; where: what holds all of them; ordered: none is to outrank an earlier one."""
-        new = [line for line in lines if line not in self.past]
-        ranks = [gravity(line) for line in new]
-        if ordered:
-            ranks = [*accumulate(reversed(ranks), min)][::-1]
-        self.waiting.update({line: (rank, where) for line, rank in zip(new, ranks, strict=True)})
+    def add(self, lines: Iterable[str], where: str) -> None:
+        """Keep lines that are new, the gravest first; where: what holds all of them."""
+        new = {line: where for line in lines if line not in self.past}
+        self.waiting = {line: held for line, held in self.waiting.items() if line not in new} | new
 
     def show(self) -> None:
-        """What waits, the gravest first, as far as there is room; then how many more there are and where.
+        """Those of the result and those given on the way in turn, as far as there is room; then what holds the others.
 
         Those of the result on stdout, those given on the way on stderr.
         """
-        ordered = sorted(self.waiting, key=lambda line: self.waiting[line][0])
-        shown, held = ordered[: self.room], [self.waiting[line][1] for line in ordered[self.room :]]
-        for line in shown:
-            self._print(f"warning: {line}", self.waiting[line][1])
-        if held:
-            where = listing([*dict.fromkeys(held)])
-            self._print(f"{many(len(held), 'more warning')} in {where}", held[0])
-        self.room -= len(shown)
+        heard = [line for line, where in self.waiting.items() if where == HEARD]
+        own = [line for line, where in self.waiting.items() if where != HEARD]
+        ordered = [line for pair in zip_longest(own, heard) for line in pair if line is not None]
+        for line in ordered[: self.room]:
+            self._print(f"warning: {line}", self.waiting[line])
+        if held := [self.waiting[line] for line in ordered[self.room :]]:
+            self._print(f"{many(len(held), 'more warning')} in {listing([*dict.fromkeys(held)])}", held[0])
+        self.room -= min(self.room, len(ordered))
         self.past |= self.waiting.keys()
         self.waiting.clear()
 
@@ -133,17 +118,12 @@ class _Warnings:
 _warnings = _Warnings()
 
 
-def gravity(line: str) -> int:
-    """Place of a warning among others, 0 the gravest."""
-    return next((rank for rank, words in enumerate(GRAVITY) if words.search(line)), len(GRAVITY))
+def warn(lines: Iterable[str], where: str) -> None:
+    """Show the warnings of a result, which stands, the gravest first, and all that were given on the way to it.
 
-
-def warn(lines: Iterable[str], where: str, ordered: bool = False) -> None:
-    """Show the warnings of a result, which stands, and all that were given on the way to it.
-
-    where: what holds them; ordered: the gravest stands first already.
+    where: what holds them.
     """
-    _warnings.add(lines, where, ordered)
+    _warnings.add(lines, where)
     _warnings.show()
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import plain, quantity, span
+from birdstrike.data.formatting import listing, plain, quantity, span
 from birdstrike.data.progress import Progress
 from birdstrike.doe.designs.quality import Quality, weakest_quality
 from birdstrike.doe.designs.space import ParameterSpace
@@ -153,15 +153,18 @@ def locate(
         enlarged = replace(calibrator, model=replace(calibrator.model, observations=widened(observations, residual)))
         posterior = sample(enlarged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
     progress(1.0)
-    first = (
-        list(residual.warnings) if found.inside else [prior_predictive_warning(found, observations, choice.more_runs)]
+    warnings = (
+        *(() if found.inside else [prior_predictive_warning(found, observations, choice.more_runs)]),
+        *([f"{design.sentence}: no separate values are given"] if design.deficient else ()),
+        *(posterior.warnings if posterior else ()),
+        *implausible(dataset, observations, choice.time_offset),
+        *(residual.warnings if found.inside else ()),
+        *drifts,
+        *_of_priors(coordinates, choice, dataset, modes[0]),
+        *observations.warnings,
+        *held,
+        *emulator_warnings(emulator, dataset),
     )
-    first += drifts
-    first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
-    first += posterior.warnings if posterior else ()
-    first += _of_priors(coordinates, choice, dataset, modes[0])
-    odd = implausible(dataset, observations, choice.time_offset)
-    warnings = (*first, *odd, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
     calibration = Calibration(dataset, design, calibrator, modes, found.inside, posterior)
     return Located(calibration, observations, origin, found, residual, warnings)
 
@@ -219,13 +222,13 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
             where = span(start, end, unit)
             label = plain(name, dataset.names)
             sentences.append(f"{label} {where}: too few smooth runs stand there, so no answer is sought there")
-    for channel, curve in emulator.channels.items():
-        q2 = curve.validation.q2
-        if not q2 > POOR_Q2:
-            sentences.append(
-                f"the emulator predicts left-out runs of {plain(channel)} poorly (Q2 {q2:.2f}): the channel carries "
-                "the error of these predictions and counts for less; add runs, or leave it out: --channels"
-            )
+    q2 = {plain(channel): curve.validation.q2 for channel, curve in emulator.channels.items()}
+    if poorly := [f"{channel} (Q2 {one:.2f})" for channel, one in q2.items() if not one > POOR_Q2]:
+        what, it = ("each", "them") if len(poorly) > 1 else ("the channel", "it")
+        sentences.append(
+            f"the emulator predicts left-out runs of {listing(poorly)} poorly: {what} carries the error of these "
+            f"predictions and counts for less; add runs, or leave {it} out: --channels"
+        )
     return tuple(sentences)
 
 

@@ -78,8 +78,16 @@ def _curve_json(found: MeshConvergence, name: str, curve: CurveConvergence) -> d
 
 
 def warnings_of(found: MeshConvergence) -> list[str]:
-    """What makes the study say less than it seems to."""
+    """What makes the study say less than it seems to, the gravest first."""
     lines = []
+    if {run.histories.summary.get("eroded_particles", 0) > 0 for run in found.runs} == {True, False}:
+        lines.append(
+            "the bird erodes on some meshes only: they are different events, and no order of convergence holds"
+        )
+    entries = {name: entry for name, (_, entry, _) in found.scalars.items()}
+    for name, entry in entries.items():
+        if entry.behaviour in ("oscillating", "diverging"):
+            lines.append(f"{name} is {entry.behaviour}: no order, its uncertainty is the spread of the meshes")
     if kept := not_refined(found.meshes[0].case):
         lines.append(
             f"the deck has no place for {kept[0]}, which all meshes have alike: its share of the error is in neither "
@@ -88,19 +96,14 @@ def warnings_of(found: MeshConvergence) -> list[str]:
     halved = [mesh.particles for mesh, run in zip(found.meshes, found.runs, strict=True) if run.step_factor != 1.0]
     if halved:
         lines.append(f"the mesh of {halved[0]} particles needed half the time step: not spacing alone differs")
-    for name, (_, entry, _) in found.scalars.items():
-        if entry.behaviour in ("oscillating", "diverging"):
-            lines.append(f"{name} is {entry.behaviour}: no order, its uncertainty is the spread of the meshes")
-        elif entry.order is not None and abs(entry.order - (entry.limited_order or 0.0)) > 0.05:
-            lines.append(
-                f"{name}: observed order {entry.order:.2f}, taken as {entry.limited_order:g} for its uncertainty"
-            )
-    eroded = {run.histories.summary.get("eroded_particles", 0) > 0 for run in found.runs}
-    if eroded == {True, False}:
-        lines.append(
-            "the bird erodes on some meshes only: they are different events, and no order of convergence holds"
-        )
     late = [s.name for s, _, _ in found.scalars.values() if s.at_the_end(found.histories[found.user])]
     if late:
         lines.append(f"{', '.join(late)} lies at time.end: lengthen time.end to see the peak itself")
+    for name, entry in entries.items():
+        if entry.behaviour in ("oscillating", "diverging") or entry.order is None:
+            continue
+        if abs(entry.order - (entry.limited_order or 0.0)) > 0.05:
+            lines.append(
+                f"{name}: observed order {entry.order:.2f}, taken as {entry.limited_order:g} for its uncertainty"
+            )
     return lines

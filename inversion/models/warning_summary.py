@@ -126,12 +126,12 @@ def _implausible(found: Sequence[Found]) -> str:
 
 
 def _poor(found: Sequence[Found]) -> str:
-    worst = min(found, key=lambda one: one.number("q2"))
-    where = f"{worst.found['channel']} with {worst.model}, Q2 {worst.found['q2']}"
+    q2 = [(float(met["q2"]), met["channel"], one.model) for one in found for met in Q2.finditer(one.found["channels"])]
+    worst, channel, model = min(q2)
     return (
-        f"left-out runs are predicted poorly by the {_emulators(found)}, in {many(len(found), 'channel')} (worst: "
-        f"{where}): such a channel carries that error as noise and counts for less in the calibration; raise --runs, "
-        "or leave it out: --channels"
+        f"left-out runs are predicted poorly by the {_emulators(found)}, in {many(len(q2), 'channel')} (worst: "
+        f"{channel} with {model}, Q2 {worst:.2f}): such a channel carries that error as noise and counts for less in "
+        "the calibration; raise --runs, or leave it out: --channels"
     )
 
 
@@ -206,6 +206,7 @@ OVERRULED = (
 )
 BEYOND = r"(?P<before>\d+) points before and (?P<after>\d+) after the simulated record (?P<span>.*?) are left out"
 CHANNEL = r"(?P<channel>[^:]+?)"
+Q2 = re.compile(r"(?:^|, | and )(?P<channel>[^(]+?) \(Q2 (?P<q2>-?[\d.]+)\)")
 IMPLAUSIBLE_RECORD = re.compile(
     rf"^{CHANNEL} (?:lies beside the runs best|has the shape of the runs|has the opp)",
 )
@@ -217,7 +218,7 @@ GRAVE = (
     Kind(re.compile(r"^(?:a run near the answer|run \d+) (?:failed|was ended).* left out: (?P<reason>.*)"), _lost_runs),
     Kind(re.compile(r"chains have not settled .*R-hat (?P<rhat>[\d.]+)"), _unsettled),
     Kind(IMPLAUSIBLE_RECORD, _implausible),
-    Kind(re.compile(rf"^the emulator predicts left-out runs of {CHANNEL} poorly \(Q2 (?P<q2>-?[\d.]+)\)"), _poor),
+    Kind(re.compile(r"^the emulator predicts left-out runs of (?P<channels>.+?) poorly: "), _poor),
     Kind(re.compile(rf"^{CHANNEL}: the residual .* widened by a factor (?P<factor>[\d.]+)"), _not_noise),
 )
 """The gravest first: no result, a result that may be wrong, an interval that may be."""

@@ -220,7 +220,7 @@ def _assembled(
             "failed": dict(campaign.failures),
         },
         seed=setting.seed,
-        warnings=(*warnings, *_warnings(setting, new)),
+        warnings=(*_warnings(setting, new), *warnings),
         bands={name: Band(one.unit, one.kind, one.time, quantiles_of(one.values)) for name, one in draws.items()},
         draws=tops,
     )

@@ -10,7 +10,6 @@ from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.labels import flight
 from birdstrike.reports.evidence.sources import Sources, repeat_line
 from birdstrike.reports.evidence.verification_rows import Aspect
-from birdstrike.reports.results.results import together
 from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.case.effects import stated
 from birdstrike.solver.version import SOLVER_VERSION
@@ -121,7 +120,7 @@ def _checks(found: Sequence[Aspect]) -> Iterator[str]:
 
 
 def _open(sources: Sources, found: Sequence[Aspect]) -> Iterator[str]:
-    lines = [*sources.open_points, *together(sources.answer.warnings)]
+    lines = [*sources.open_points, *sources.answer.warnings]
     lines += sources.diagnosed.warnings if sources.diagnosed else ()
     lines += [f"verification: {one.name}: {one.missing}" for one in found if one.missing]
     yield from (f"- {line}" for line in dict.fromkeys(lines))

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.formatting import listing
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.inversion import Inversion
@@ -45,23 +44,6 @@ def _ranged(texts: Sequence[str]) -> str:
 
 def _range(ordered: Sequence[str]) -> str:
     return ordered[0] if len(ordered) == 1 else f"{ordered[0]} .. {ordered[-1]}"
-
-
-_POOR = re.compile(
-    r"the emulator predicts left-out runs of (?P<channel>.+) poorly \((?P<q2>Q2 .+?)\): "
-    r"the channel carries (?P<rest>.+)"
-)
-
-
-def together(warnings: Sequence[str]) -> tuple[str, ...]:
-    """Warnings, those that the emulator predicts a channel poorly as one, in the place of the first."""
-    found = {text: match for text in warnings if (match := _POOR.fullmatch(text))}
-    if len(found) < 2:
-        return tuple(warnings)
-    first = next(iter(found))
-    named = listing([f"{one['channel']} ({one['q2']})" for one in found.values()])
-    whole = f"the emulator predicts left-out runs of {named} poorly: each carries {found[first]['rest']}"
-    return tuple(whole if text == first else text for text in warnings if text == first or text not in found)
 
 
 @dataclass(frozen=True)
@@ -193,7 +175,7 @@ class InversionResults:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the reader must know of the inversion, and which shots have no curves here."""
-        return (*together(self.inversion.warnings), *self.other_shots)
+        return (*self.inversion.warnings, *self.other_shots)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -232,4 +214,4 @@ class Results(CampaignResults, InversionResults):
 
         Of the inversion, of failed simulations, of the simulations' own checks, and which shots have no curves here.
         """
-        return (*together(self.inversion.warnings), *campaign_warnings(self), *self.other_shots)
+        return (*self.inversion.warnings, *campaign_warnings(self), *self.other_shots)

@@ -18,7 +18,6 @@ from birdstrike.inversion.results.fit import TimeOrigin
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
-from birdstrike.reports.results.results import together
 from birdstrike.surrogate.files import load_emulator, read_runs
 from birdstrike.surrogate.weights import emulator_table
 
@@ -70,7 +69,7 @@ def view_of(folder: Path, case: Path) -> View:
         presets=[preset("calibrated", _point(inversion, estimates), {}, inversion.time_offset.value)],
         runs=runs(theta, next(iter(emulator.channels.values())).time, curves),
         clock=_clock(inversion.time_offset),
-        warnings=together(inversion.warnings),
+        warnings=inversion.warnings,
         case=str(case),
     )
 

@@ -19,7 +19,6 @@ from birdstrike.data.out_folder import maker_of, model_of
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, read_comparison
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
-from birdstrike.reports.results.results import together
 from birdstrike.surrogate.files import load_emulator, read_runs
 from birdstrike.surrogate.weights import emulator_table
 
@@ -67,7 +66,7 @@ def _view(folder: Path, comparison: ModelComparison, model: ModelAnswer, records
         answers=said,
         presets=presets,
         runs=runs(theta, next(iter(emulator.channels.values())).time, curves),
-        warnings=list(together(model.warnings)),
+        warnings=list(model.warnings),
         case=str(folder / next(iter(records)) / "case.toml"),
     )
 

@@ -12,7 +12,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.known_errors import error_columns
-from birdstrike.inversion.estimation.locate import InversionOptions, locate
+from birdstrike.inversion.estimation.locate import InversionOptions, emulator_warnings, locate
 from birdstrike.inversion.invert import invert
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
@@ -111,3 +111,17 @@ def test_its_error_goes_with_the_records_clock(both: tuple[Dataset, Emulator]) -
     assert fitted is not None
     taken = np.sqrt((fitted**2).sum(axis=1))
     assert np.abs(taken - truth_of).max() < 0.25 * np.abs(errors(there, 0.0) - truth_of).max()
+
+
+def test_several_channels_that_are_predicted_poorly_are_one_warning(both: tuple[Dataset, Emulator]) -> None:
+    """Seven warnings that differed by the channel's name stood above the report's first table."""
+    dataset, emulator = both
+    (alone,) = emulator_warnings(emulator, dataset)
+    assert alone.startswith("the emulator predicts left-out runs of strain 1 (Q2 ")
+    assert " poorly: the channel carries the error of these predictions" in alone
+    twice = replace(emulator, channels={**emulator.channels, "strain_2": emulator.channels[STRAIN]})
+    (together,) = emulator_warnings(twice, dataset)
+    assert " and strain 2 (Q2 " in together
+    assert (
+        " poorly: each carries the error of these predictions and counts for less; add runs, or leave them" in together
+    )

@@ -9,8 +9,12 @@ from birdstrike.inversion.models.warning_summary import summarised
 
 LATE = "{}: 0 points before and 30 after the simulated record 0 .. 2.5 ms are left out of the fit"
 POOR = (
-    "the emulator predicts left-out runs of {} poorly (Q2 {:.2f}): the channel carries the error of these predictions "
+    "the emulator predicts left-out runs of {} (Q2 {:.2f}) poorly: the channel carries the error of these predictions "
     "and counts for less; add runs, or leave it out: --channels"
+)
+TWO_POOR = (
+    "the emulator predicts left-out runs of force of s120 (Q2 0.31) and strain along 0 (Q2 0.62) poorly: each carries "
+    "the error of these predictions and counts for less; add runs, or leave them out: --channels"
 )
 UNKNOWN = "bird.particles = 150 is too coarse; set bird.particles = 300 or more"
 
@@ -18,10 +22,10 @@ UNKNOWN = "bird.particles = 150 is too coarse; set bird.particles = 300 or more"
 def test_one_warning_for_all_models_and_channels_with_the_worst_named() -> None:
     own = {
         "null": [LATE.format("force of s70"), LATE.format("force of s120"), POOR.format("force of s70", 0.62)],
-        "elastic": [LATE.format("force of s70"), LATE.format("force of s120"), POOR.format("force of s120", 0.31)],
+        "elastic": [LATE.format("force of s70"), LATE.format("force of s120"), TWO_POOR],
     }
     poor, late = summarised(own)
-    assert poor.startswith("left-out runs are predicted poorly by the emulators of null and elastic, in 2 channels (")
+    assert poor.startswith("left-out runs are predicted poorly by the emulators of null and elastic, in 3 channels (")
     assert "worst: force of s120 with elastic, Q2 0.31" in poor
     assert late.startswith("60 points of 2 channels outside the simulated time (0 .. 2.5 ms)")
 
@@ -94,7 +98,8 @@ READ = (
     " has the shape of the runs",
     " has the opposite sign",
     "the emulator predicts left-out runs of ",
-    " poorly (Q2 {",
+    " (Q2 {",
+    " poorly: {",
     "widened by a factor {",
     "far off their neighbours",
     " points before and {",

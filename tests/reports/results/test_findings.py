@@ -18,7 +18,7 @@ from birdstrike.reports.page.page import report
 from birdstrike.reports.results.findings import findings, key_figures, percent
 from birdstrike.reports.results.measurement import origin, record_position, residual
 from birdstrike.reports.results.reading import read_results
-from birdstrike.reports.results.results import Results, together
+from birdstrike.reports.results.results import Results
 from tests.diagnoses import effect, state, written_diagnosis
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, finished_folder
 
@@ -224,21 +224,3 @@ def test_the_emulators_own_error_is_named_with_the_noise(results: Results) -> No
         "too coarse to say whether the model can produce the whole curve; the emulator predicts strain (Q2 0.23) poorly"
     )
     assert said in findings(other)[3]
-
-
-def test_channels_that_the_emulator_predicts_poorly_are_warned_of_together() -> None:
-    """Seven warnings that differed by the channel's name stood above the first table."""
-
-    def poor(channel: str, q2: float) -> str:
-        return (
-            f"the emulator predicts left-out runs of {channel} poorly (Q2 {q2}): the channel carries the error of "
-            "these predictions and counts for less; add runs, or leave it out: --channels"
-        )
-
-    assert together(("first", poor("w left", 0.86), "other", poor("w right", -0.2))) == (
-        "first",
-        "the emulator predicts left-out runs of w left (Q2 0.86) and w right (Q2 -0.2) poorly: each carries the error "
-        "of these predictions and counts for less; add runs, or leave it out: --channels",
-        "other",
-    )
-    assert together(("first", poor("w left", 0.86))) == ("first", poor("w left", 0.86))
