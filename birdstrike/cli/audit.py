@@ -32,6 +32,13 @@ def command(
     draws: Annotated[int, typer.Option(min=1, help="Draws of the noise on each record; 1: as it is.")] = 1,
     channels: Annotated[int | None, typer.Option(min=1, help="Only records of so many channels.")] = None,
     shots: Annotated[int | None, typer.Option(min=1, help="Only records of so many shots.")] = None,
+    baseline: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND",
+            help="Only records without a baseline (none), with one of another bird (other) or its own (same).",
+        ),
+    ] = None,
     most: Annotated[int | None, typer.Option(min=1, help="Records answered at most; run again for the others.")] = None,
     confirm: Annotated[
         bool, typer.Option(help="Run the solver at each record's fits, as diagnose does; without it: quick.")
@@ -66,6 +73,7 @@ def command(
             draws=draws,
             channels=channels,
             shots=shots,
+            baseline=baseline,
             make=make,
             forms=make_forms,
             case=case,
@@ -73,7 +81,7 @@ def command(
             progress=progress,
             say=say,
             retry_failed=retry_failed,
-            command=typed(make, make_forms, case, draws, channels, shots, confirm, seed),
+            command=typed(make, make_forms, case, draws, channels, shots, baseline, confirm, seed),
         )
     for name, entry in content["tables"].items():
         console.print(table(name, entry))
@@ -99,6 +107,7 @@ def typed(
     draws: int,
     channels: int | None,
     shots: int | None,
+    baseline: str | None,
     confirm: bool,
     seed: int,
 ) -> str:
@@ -107,6 +116,7 @@ def typed(
     parts += [f"--make {make}"] * bool(make) + [f"--make-forms {make_forms}"] * bool(make_forms)
     parts += [f"--case {Path(case).name}"] * (case != CASE) + [f"--draws {draws}"] * (draws > 1)
     parts += [f"--channels {channels}"] * (channels is not None) + [f"--shots {shots}"] * (shots is not None)
+    parts += [f"--baseline {baseline}"] * (baseline is not None)
     parts += ["--no-confirm"] * (not confirm)
     return " ".join(parts + [f"--seed {seed}"] * bool(seed))
 

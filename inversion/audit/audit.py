@@ -21,7 +21,13 @@ from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations, uncounted
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.inversion.audit.answers import answered, code_digest
-from birdstrike.inversion.audit.records import Experiment, find_experiments, read_truth, refuse_damaged_truths
+from birdstrike.inversion.audit.records import (
+    BASELINES,
+    Experiment,
+    find_experiments,
+    read_truth,
+    refuse_damaged_truths,
+)
 from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
 from birdstrike.inversion.audit.truth_runs import layouts, make_experiments, refuse_other_truths
@@ -43,6 +49,7 @@ def audit(
     draws: int = 1,
     channels: int | None = None,
     shots: int | None = None,
+    baseline: str | None = None,
     make: int = 0,
     forms: int = 0,
     case: str | Path | Case = CASE,
@@ -61,6 +68,7 @@ def audit(
     options : of every diagnosis; `check` is whether the solver is run at each record's fits.
     draws : draws of the noise on each record; 1: the record as it is.
     channels, shots : only records of so many.
+    baseline : only records of this kind: none, other (a baseline of another bird), same (of the shot's own bird).
     make, forms : truths to draw and simulate first, by the declared model and by another one.
     case : the declared case of the truths that are made.
     most : records answered at most in this call; the others are counted as not yet answered.
@@ -77,25 +85,25 @@ def audit(
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
     refuse_alpha(choice.alpha)
     _refuse_counts(make=make, make_forms=forms, draws=draws, channels=channels, shots=shots, most=most)
+    if baseline not in (None, *BASELINES):
+        raise UserError(f'--baseline "{baseline}" is unknown; available: {", ".join(BASELINES)}')
     if folder is not None and (make or forms):
         raise UserError(f"--experiments {folder} and --make exclude each other: truths are made in --out")
     made = place / "experiments"
     if make or forms:
         declared = as_case(case)
         refuse_other_truths(declared, made, choice.seed)
-        wanted = tuple(one for one in layouts(declared) if _fits(len(one.channels), one.shots, channels, shots))
+        asked = (channels, shots, baseline)
+        wanted = tuple(one for one in layouts(declared) if _fits((len(one.channels), one.shots, one.baseline), asked))
         with Simulations(place / "truths", (), choice.workers, retry=choice.retry) as simulations:
             for count, other in ((make, False), (forms, True)):
                 if count:
                     make_experiments(declared, made, simulations.run, count, choice.seed, forms=other, wanted=wanted)
     source = made if folder is None else Path(folder)
-    found = [
-        one
-        for one in find_experiments(source)
-        if _fits(len(read_measured(one.shots[0]).channels), len(one.shots), channels, shots)
-    ]
+    found = [one for one in find_experiments(source) if _fits(_kind_of(one), (channels, shots, baseline))]
     if not found:
-        lacking = [f"{n} {name}" for n, name in ((channels, "channels"), (shots, "shots")) if n is not None]
+        counts = [f"{n} {name}" for n, name in ((channels, "channels"), (shots, "shots")) if n is not None]
+        lacking = [*counts, *([f"a baseline of kind {baseline}"] if baseline else [])]
         raise UserError(f"no experiment in {source} has {' and '.join(lacking)}")
     refuse_damaged_truths(found)
     scores, failed, left = _scored(found, place, choice, draws, most, progress, say)
@@ -111,8 +119,13 @@ def _refuse_counts(**counts: int | None) -> None:
             raise UserError(f"--{name.replace('_', '-')} = {count} is below {least}; {remedy}")
 
 
-def _fits(channels: int, shots: int, wanted_channels: int | None, wanted_shots: int | None) -> bool:
-    return wanted_channels in (None, channels) and wanted_shots in (None, shots)
+def _kind_of(one: Experiment) -> tuple[int, int, str]:
+    """Number of channels, of shots, kind of baseline."""
+    return len(read_measured(one.shots[0]).channels), len(one.shots), one.baseline_kind
+
+
+def _fits(kind: tuple[int, int, str], asked: tuple[int | None, int | None, str | None]) -> bool:
+    return all(wanted in (None, has) for has, wanted in zip(kind, asked, strict=True))
 
 
 def _scored(
@@ -171,7 +184,7 @@ def _score(name: str, one: Experiment, answer: dict[str, Any], place: Path, opti
     check = Simulations(store, (), options.workers, retry=options.retry) if options.check else None
     with check or nullcontext():
         simulate = check.run if check else None
-        return score(name, answer, read_truth(one.truth), case, simulate, one.baseline is not None, held)
+        return score(name, answer, read_truth(one.truth), case, simulate, one.baseline_kind, held)
 
 
 def _written(

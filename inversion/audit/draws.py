@@ -37,7 +37,9 @@ SPARE = 1e-4  # s beyond the declared end, for a record that starts early
 STEP = 0.05  # of a parameter's range: of the differences that give its sensitivities
 TRIES = 50
 SHOTS = ("shot1", "shot2", "shot3")
-BASELINE, HELDOUT, WITHOUT, SLOPE = "baseline", "heldout", "without", "slope"
+BASELINE, REPEAT, HELDOUT, WITHOUT, SLOPE = "baseline", "repeat", "heldout", "without", "slope"
+CLEAN_ROLES = (BASELINE, REPEAT, WITHOUT)
+"""Simulations of the rig and the bird as they are declared."""
 OWN, HEXAHEDRA, OTHER_LAW = "own model", "hexahedral bird", "other equation of state"
 
 
@@ -148,15 +150,18 @@ def _ellipsoid(case: Case) -> Raw:
     return {"bird": {"shape": shape, "density": None, "mass": quantity_text(case.bird.actual_mass, "kg")}}
 
 
-def roles(drawn: Drawn, case: Case, shots: int = len(SHOTS)) -> dict[str, Case]:
+def roles(drawn: Drawn, case: Case, shots: int = len(SHOTS), *, repeat: bool = False) -> dict[str, Case]:
     """The simulations of a truth: shots, a repeat held out, a baseline, the first shot without effects, sensitivities.
 
-    `without` stands on the first shot's own lattice, so that their difference is the effect's and nothing else;
-    sensitivities, on the declared mesh, are needed only to remove from it what the parameters imitate.
+    repeat: with a baseline of the shots' own bird too, on a lattice of its own. `without` stands on the first shot's
+    own lattice, so that their difference is the effect's and nothing else; sensitivities, on the declared mesh, are
+    needed only to remove from it what the parameters imitate.
     """
     found = {shot: truth_case(case, drawn, i, shot) for i, shot in enumerate(SHOTS[:shots])}
     found[HELDOUT] = truth_case(case, drawn, len(SHOTS), SHOTS[0])
     found[BASELINE] = truth_case(case, drawn, len(SHOTS) + 1, BASELINE)
+    if repeat:
+        found[REPEAT] = truth_case(case, drawn, len(SHOTS) + 2, REPEAT)
     if drawn.effects:
         found[WITHOUT] = truth_case(case, drawn, 0, WITHOUT)
         for p in case.parameters():
@@ -174,7 +179,7 @@ def truth_case(case: Case, drawn: Drawn, lattice: int, role: str) -> Case:
     shells = (times * case.plate.elements[0], times * case.plate.elements[1])
     found = case.with_mesh(PARTICLES * case.bird.particles, shells)
     found = found.with_values(drawn.clean if role == BASELINE else drawn.parameters)
-    if drawn.outside and role not in (BASELINE, WITHOUT):
+    if drawn.outside and role not in CLEAN_ROLES:
         found = replaced(found, drawn.outside)
     bird = {
         "lattice": OTHER_LATTICE[case.bird.lattice],
@@ -184,7 +189,7 @@ def truth_case(case: Case, drawn: Drawn, lattice: int, role: str) -> Case:
     found = found.overlaid({"bird": bird, "time": {"end": quantity_text(case.time.end + SPARE, "s")}})
     if formed:
         found = replaced(found, form_table(found, drawn.form))
-    return found if role in (BASELINE, WITHOUT) else with_effects_of(found, drawn.effects, role)
+    return found if role in CLEAN_ROLES else with_effects_of(found, drawn.effects, role)
 
 
 def form_table(case: Case, form: str) -> Raw:

@@ -18,9 +18,12 @@ import pandas as pd
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.draws import CLEAN, OUTSIDE, OWN, PAIR, SHOTS, SINGLE, SLOPE, name_of
+from birdstrike.solver.case.case import load_case
 from birdstrike.solver.effects.registry import effects
 
 TRUTH, CURVES = ".truth.toml", ".curves"
+NO_BASELINE, OTHER_BIRD, SAME_BIRD = BASELINES = "none", "other", "same"
+"""Baselines of an experiment: none, one of another bird, of which nothing is said, or one of the shots' own bird."""
 KINDS = (CLEAN, SINGLE, PAIR, OUTSIDE)
 
 
@@ -34,6 +37,13 @@ class Experiment:
     baseline: Path | None
     heldout: Path | None
     truth: Path
+
+    @property
+    def baseline_kind(self) -> str:
+        """One of BASELINES; of the same bird where the declared case says so."""
+        if self.baseline is None:
+            return NO_BASELINE
+        return SAME_BIRD if load_case(self.case).diagnosis.baseline_bird == "same" else OTHER_BIRD
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from birdstrike.inversion.audit.draws import (
     sensor_of,
     with_effects_of,
 )
-from birdstrike.inversion.audit.records import Truth
+from birdstrike.inversion.audit.records import NO_BASELINE, Truth
 from birdstrike.inversion.diagnosis.hypotheses import family_of
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NONE, SOMETHING_ELSE
 from birdstrike.solver.case.case import Case
@@ -43,18 +43,18 @@ NOT_SINGLES = (NONE, SOMETHING_ELSE)
 class Score:
     """One answer to one record.
 
-    draw: the truth that it shares with others; p: of the alarm; rank, family_rank: of the true effect among the single
-    effects and of its family among the families, 1 the likeliest; named: the effect that is attributed; probabilities:
-    (stated probability, whether it is the truth) of every model listed; parameters: name -> whether its 95 % interval
-    holds the truth; magnitude: the same of the effect; error: RMS errors before and after, and of the true parameters
-    and effect, held out, in units of the noise; signal: see above.
+    draw: the truth that it shares with others; baseline: one of BASELINES; p: of the alarm; rank, family_rank: of the
+    true effect among the single effects and of its family among the families, 1 the likeliest; named: the effect that
+    is attributed; probabilities: (stated probability, whether it is the truth) of every model listed; parameters: name
+    -> whether its 95 % interval holds the truth; magnitude: the same of the effect; error: RMS errors before and after,
+    and of the true parameters and effect, held out, in units of the noise; signal: see above.
     """
 
     name: str
     draw: str
     channels: tuple[str, ...]
     shots: int
-    baseline: bool
+    baseline: str
     form: str
     kind: str
     what: str
@@ -117,7 +117,7 @@ def score(
     truth: Truth,
     case: Case,
     simulate: Simulate | None = None,
-    baseline: bool = False,
+    baseline: str = NO_BASELINE,
     heldout: Measured | None = None,
 ) -> Score:
     """The answer of one record; simulate: for the error that remains, which is left out without it."""

@@ -18,6 +18,7 @@ from scipy.stats import binomtest
 from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.draws import CLEAN, OUTSIDE, OWN, PAIR, SINGLE
+from birdstrike.inversion.audit.records import BASELINES, NO_BASELINE, OTHER_BIRD, SAME_BIRD
 from birdstrike.inversion.audit.score import Score
 from birdstrike.inversion.diagnosis.hypotheses import PRIOR_ELSE, PRIOR_NONE, PRIOR_PAIRS
 
@@ -29,6 +30,11 @@ NEAR = 1.25  # a record counts at a signal within this factor of it
 WIDEST = 0.03  # half the interval of the rate of false alarms
 RANKS = {(False, False): (0.55, 0.80, 0.70), (True, False): (0.85, 0.97, 0.92), (True, True): (0.95, 0.99, 0.98)}
 """(several channels, several shots) -> first place, first three, first family; others are shown without a criterion."""
+OF_BASELINE = {
+    NO_BASELINE: "without a baseline",
+    OTHER_BIRD: "with a baseline",
+    SAME_BIRD: "with a baseline of the same bird",
+}
 PRIOR = {CLEAN: PRIOR_NONE, PAIR: PRIOR_PAIRS, OUTSIDE: PRIOR_ELSE}
 
 
@@ -258,7 +264,7 @@ def lines(scores: Sequence[Score]) -> list[dict[str, Any]]:
 def table_name(score: Score) -> str:
     """Channels, shots, baseline, form."""
     parts = [many(len(score.channels), "channel"), many(score.shots, "shot")]
-    parts.append("with a baseline" if score.baseline else "without a baseline")
+    parts.append(OF_BASELINE[score.baseline])
     if score.form != OWN:
         parts.append("truth by another model")
     return ", ".join(parts)
@@ -267,7 +273,9 @@ def table_name(score: Score) -> str:
 def tables(scores: Sequence[Score], alpha: float) -> dict[str, dict[str, Any]]:
     """A table for each number of channels and of shots, without and with a baseline, by each kind of truth."""
     groups: dict[str, list[Score]] = {}
-    for one in sorted(scores, key=lambda s: (s.form != OWN, len(s.channels), s.shots, s.baseline, s.name)):
+    for one in sorted(
+        scores, key=lambda s: (s.form != OWN, len(s.channels), s.shots, BASELINES.index(s.baseline), s.name)
+    ):
         groups.setdefault(table_name(one), []).append(one)
     return {
         name: {

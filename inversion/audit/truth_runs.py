@@ -22,20 +22,31 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.audit.draws import (
     BASELINE,
     CLEAN,
+    CLEAN_ROLES,
     HELDOUT,
     PAIR,
+    REPEAT,
     SHOTS,
     SINGLE,
     SLOPE,
     STEP,
-    WITHOUT,
     Drawn,
     draw,
     name_of,
     roles,
     sensor_of,
 )
-from birdstrike.inversion.audit.records import CURVES, TRUTH, Truth, curves_text, read_truth, truth_text
+from birdstrike.inversion.audit.records import (
+    CURVES,
+    NO_BASELINE,
+    OTHER_BIRD,
+    SAME_BIRD,
+    TRUTH,
+    Truth,
+    curves_text,
+    read_truth,
+    truth_text,
+)
 from birdstrike.inversion.diagnosis.instrument import able_sensors
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.case.write import case_toml
@@ -52,18 +63,23 @@ HEADER = (
 
 @dataclass(frozen=True)
 class Layout:
-    """What a record of a truth consists of."""
+    """What a record of a truth consists of; baseline: NO_BASELINE, OTHER_BIRD or SAME_BIRD."""
 
     channels: tuple[str, ...]
     shots: int
-    baseline: bool
+    baseline: str
 
 
 def layouts(case: Case) -> list[Layout]:
-    """One and all channels, one and three shots, without and with a baseline."""
+    """One and all channels, one and three shots, without a baseline, with one of another bird and of the same bird.
+
+    Those with the same bird come last, so that a layout keeps the number by which its records are called.
+    """
     names = tuple(case.sensors)
     sets = [names[:1]] if len(names) == 1 else [names[:1], names]
-    return [Layout(*one) for one in product(sets, (1, len(SHOTS)), (False, True))]
+    shots = (1, len(SHOTS))
+    first = product(sets, shots, (NO_BASELINE, OTHER_BIRD))
+    return [Layout(*one) for one in (*first, *product(sets, shots, (SAME_BIRD,)))]
 
 
 def refuse_other_truths(case: Case, folder: Path, seed: int) -> None:
@@ -107,7 +123,7 @@ def make_experiments(
         stem = f"{'form' if forms else 'truth'}_{number:03d}"
         names = [f"{stem}_{i + 1}" for i in own]
         if not all((folder / f"{name}{TRUTH}").is_file() for name in names):
-            drawn, histories = _simulated(case, simulate, seed, number, forms, max(one.shots for one in own.values()))
+            drawn, histories = _simulated(case, simulate, seed, number, forms, tuple(own.values()))
             columns = _columns(case, drawn, histories)
             write_atomically(folder / f"{stem}{CURVES}", curves_text(*columns))
             for name, (i, layout) in zip(names, own.items(), strict=True):
@@ -116,14 +132,15 @@ def make_experiments(
 
 
 def _simulated(
-    case: Case, simulate: Simulate, seed: int, number: int, forms: bool, shots: int
+    case: Case, simulate: Simulate, seed: int, number: int, forms: bool, wanted: tuple[Layout, ...]
 ) -> tuple[Drawn, dict[str, Histories]]:
     """A truth with all its simulations, drawn again until they succeed."""
-    reason = ""
+    reason, shots = "", max(one.shots for one in wanted)
+    repeat = any(one.baseline == SAME_BIRD for one in wanted)
     for attempt in range(ATTEMPTS):
         drawn = draw(case, seed, number, forms, attempt)
         try:
-            cases = roles(drawn, case, shots)
+            cases = roles(drawn, case, shots, repeat=repeat)
         except UserError as error:
             reason = str(error)
             continue
@@ -164,7 +181,7 @@ def _columns(
 
 def _drifts(case: Case, drawn: Drawn, role: str) -> dict[str, float]:
     """Sensor -> drift [m/s], which runs before contact as well."""
-    if role in (BASELINE, WITHOUT):
+    if role in CLEAN_ROLES:
         return {}
     found = {}
     for label, value in drawn.effects.items():
@@ -198,7 +215,7 @@ def _write(
 ) -> None:
     """Declared case, records and, last, the sealed truth."""
     time, clean = columns
-    write_atomically(folder / f"{name}.toml", _declared(case))
+    write_atomically(folder / f"{name}.toml", _declared(case, layout.baseline))
     for role, ending, channels in _files(case, layout):
         record = {sensor: clean[role, sensor] for sensor in channels}
         write_measured(folder / f"{name}{ending}", noisy(case, time, record, rng))
@@ -208,17 +225,18 @@ def _write(
     write_atomically(folder / f"{name}{TRUTH}", truth_text(truth, f"{curves}{CURVES}"))
 
 
-def _declared(case: Case) -> str:
-    """Text of the file of the declared case."""
-    return f"# Declared case of a virtual experiment.\n{case_toml(case)}"
+def _declared(case: Case, baseline: str = NO_BASELINE) -> str:
+    """Text of the file of the declared case, with what is known of the baseline's bird."""
+    known = case.overlaid({"diagnosis": {"baseline_bird": "same"}}) if baseline == SAME_BIRD else case
+    return f"# Declared case of a virtual experiment.\n{case_toml(known)}"
 
 
 def _files(case: Case, layout: Layout) -> Iterator[tuple[str, str, tuple[str, ...]]]:
     """Role, ending of the file, channels."""
     for i, shot in enumerate(SHOTS[: layout.shots]):
         yield shot, f".{shot}.csv" if i else ".csv", layout.channels
-    if layout.baseline:
-        yield BASELINE, ".baseline.csv", layout.channels
+    if layout.baseline != NO_BASELINE:
+        yield REPEAT if layout.baseline == SAME_BIRD else BASELINE, ".baseline.csv", layout.channels
     yield HELDOUT, ".heldout.csv", tuple(case.sensors)
 
 

@@ -16,7 +16,8 @@ from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.audit.answers import records
 from birdstrike.inversion.audit.audit import audit as run_audit
-from birdstrike.inversion.audit.records import experiment_of, read_truth
+from birdstrike.inversion.audit.records import experiment_of, find_experiments, read_truth
+from birdstrike.solver.case.case import load_case
 from birdstrike.solver.case.write import case_toml
 from birdstrike.solver.effects.registry import effects
 from tests.inversion.diagnosis.rig import SOUGHT, few_simulations, tiny
@@ -54,7 +55,7 @@ def test_a_truth_is_made_answered_and_scored(bench: Bench) -> None:
     assert bench.first.exit_code == 0, bench.first.output
     out = bench.folder / "out"
     content = json.loads((out / "audit.json").read_text(encoding="utf-8"))
-    assert (content["records"], content["not_answered"], content["complete"]) == (1, 7, False)
+    assert (content["records"], content["not_answered"], content["complete"]) == (1, 11, False)
     assert content["failed"] == {}
     (entry,) = content["tables"].values()
     (line,) = entry["experiments"]
@@ -65,6 +66,8 @@ def test_a_truth_is_made_answered_and_scored(bench: Bench) -> None:
         assert line["rank"] >= 1
     names = {path.name for path in (out / "experiments").iterdir()}
     assert {"truth_000_1.csv", "truth_000_1.truth.toml", "truth_000_8.shot3.csv", "truth_000_8.baseline.csv"} <= names
+    said = {i: load_case(out / "experiments" / f"truth_000_{i}.toml").diagnosis.baseline_bird for i in (2, 9)}
+    assert said == {2: "auto", 9: "same"}
     assert "has not been run to the end" in (out / "audit.md").read_text(encoding="utf-8")
     assert (out / "audit.html").is_file()
 
@@ -100,6 +103,20 @@ def test_a_record_that_cannot_be_diagnosed_is_counted_apart_and_tried_again_when
     assert stored.stat().st_mtime_ns == before
     CliRunner().invoke(app, [*words, "--retry-failed"])
     assert stored.stat().st_mtime_ns > before
+
+
+def test_records_are_chosen_by_their_baseline(bench: Bench) -> None:
+    made = find_experiments(bench.folder / "out" / "experiments")
+    kinds = {kind: [one.name for one in made if one.baseline_kind == kind] for kind in ("none", "other", "same")}
+    assert {kind: len(names) for kind, names in kinds.items()} == dict.fromkeys(kinds, 4)
+    with pytest.raises(UserError, match='--baseline "own" is unknown; available: none, other, same'):
+        run_audit(None, bench.folder / "out", make=1, baseline="own")
+    alone = bench.folder / "without"
+    shutil.copytree(bench.folder / "out" / "experiments", alone)
+    for name in kinds["same"]:
+        (alone / f"{name}.csv").unlink()
+    with pytest.raises(UserError, match="has 1 shots and a baseline of kind same"):
+        run_audit(alone, bench.folder / "answers", shots=1, baseline="same")
 
 
 def test_experiments_of_ones_own_and_truths_to_be_made_exclude_each_other(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ BASE = Score(
     draw="d0",
     channels=("displacement_centre",),
     shots=1,
-    baseline=False,
+    baseline="none",
     form="own model",
     kind="clean",
     what="",
@@ -146,10 +146,12 @@ def content(scores: list[Score], complete: bool) -> dict[str, Any]:
 
 
 def test_tables_are_by_channels_shots_baseline_and_form() -> None:
-    scores = [single(0), single(1, baseline=True), single(2, shots=3), single(3, form="hexahedral bird")]
+    scores = [single(0), single(1, baseline="other"), single(2, shots=3), single(3, form="hexahedral bird")]
+    scores.append(single(4, baseline="same"))
     assert list(tables(scores, 0.05)) == [
         "1 channel, 1 shot, without a baseline",
         "1 channel, 1 shot, with a baseline",
+        "1 channel, 1 shot, with a baseline of the same bird",
         "1 channel, 3 shots, without a baseline",
         "1 channel, 1 shot, without a baseline, truth by another model",
     ]
