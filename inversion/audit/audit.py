@@ -15,6 +15,7 @@ from typing import Any
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
+from birdstrike.data.formatting import many
 from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress, no_display, silent
 from birdstrike.doe.campaign.run import retry_before
@@ -102,7 +103,7 @@ def audit(
     source = made if folder is None else Path(folder)
     found = [one for one in find_experiments(source) if _fits(_kind_of(one), (channels, shots, baseline))]
     if not found:
-        counts = [f"{n} {name}" for n, name in ((channels, "channels"), (shots, "shots")) if n is not None]
+        counts = [many(n, name) for n, name in ((channels, "channel"), (shots, "shot")) if n is not None]
         lacking = [*counts, *([f"a baseline of kind {baseline}"] if baseline else [])]
         raise UserError(f"no experiment in {source} has {' and '.join(lacking)}")
     refuse_damaged_truths(found)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.formatting import listing, plain, quantity
+from birdstrike.data.formatting import listing, many, plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.estimates import NEWS, OUTSIDE, reported
 from birdstrike.inversion.estimation.prior import NormalPrior
@@ -80,9 +80,10 @@ def _strange(outside: NDArray[np.bool_], read: Mapping[str, Array]) -> str:
     places = [(channel, time) for channel, times in read.items() for time in times]
     named = [f"{plain(c)} at {1e3 * t:.3g} ms" for (c, t), one in zip(places, outside, strict=True) if one]
     shown = listing(named, MOST_NAMED)
+    lie = "lies" if len(named) == 1 else "lie"
     return (
-        f"{len(named)} of the network's {len(outside)} inputs lie outside what it was trained on ({shown}): it "
-        "extrapolates there, and its answer counts for less; use the emulator's, or widen the campaign's ranges"
+        f"{len(named)} of the network's {many(len(outside), 'input')} {lie} outside what it was trained on ({shown}): "
+        "it extrapolates there, and its answer counts for less; use the emulator's, or widen the campaign's ranges"
     )
 
 

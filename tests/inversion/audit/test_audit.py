@@ -115,7 +115,7 @@ def test_records_are_chosen_by_their_baseline(bench: Bench) -> None:
     shutil.copytree(bench.folder / "out" / "experiments", alone)
     for name in kinds["same"]:
         (alone / f"{name}.csv").unlink()
-    with pytest.raises(UserError, match="has 1 shots and a baseline of kind same"):
+    with pytest.raises(UserError, match="has 1 shot and a baseline of kind same"):
         run_audit(alone, bench.folder / "answers", shots=1, baseline="same")
 
 

@@ -62,4 +62,4 @@ def test_noise_that_the_network_was_trained_with_is_not_called_strange(dataset: 
     measured.channels[CHANNEL][0] = dataset.sampled(CHANNEL, times[CHANNEL])[:, 0].max() + 2.0 * noise
     observations = observe(measured, dataset, {CHANNEL: noise})
     answer = network_answer(dataset, fit, observations, times, np.zeros(len(times[CHANNEL])))
-    assert any("lie outside what it was trained on" in text for text in answer.warnings) == (copies == 0)
+    assert any(" outside what it was trained on" in text for text in answer.warnings) == (copies == 0)
