@@ -125,6 +125,7 @@ def only_channels(records: Sequence[Measured], channels: Sequence[str]) -> list[
 
     Raises MeasuredError for a channel that no record has, and for a record that has none of them.
     """
+    channels = as_list(channels)  # one name is a sequence too, of letters
     if len(records) == 1:
         return [records[0].only(channels)]
     held = dict.fromkeys(name for one in records for name in one.channels)

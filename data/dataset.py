@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from birdstrike.data.display import Displayed, draw_curves, own_axes
+from birdstrike.data.display import Displayed, draw_curves, own_axes, shown_channel
 from birdstrike.data.histories import Array
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ class Dataset(Displayed):
 
     def plot(self, channel: str | None = None, axes: Axes | None = None, **look: Any) -> Axes:
         """All runs of one channel (default: the first) over time; `look` goes to matplotlib's plot."""
-        name = channel or next(iter(self.curves))
+        name = shown_channel(channel, self.curves)
         given: dict[str, Any] = {"color": "tab:blue", "alpha": 0.4, "linewidth": 0.8, **look}
         return draw_curves(own_axes(axes), self.time, self.curves[name], name, self.channel_units[name], **given)
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import base64
 import html
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from birdstrike.data.errors import UserError
 from birdstrike.data.units import DISPLAY, to_display
 
 if TYPE_CHECKING:
@@ -78,6 +79,13 @@ def own_axes(axes: Axes | None) -> Axes:
     from matplotlib import pyplot as plt
 
     return plt.subplots(layout="constrained")[1]
+
+
+def shown_channel(channel: str | None, there: Collection[str]) -> str:
+    """The channel that is asked for, the first of those there where none is; raises UserError for another name."""
+    if channel in there or (channel is None and there):
+        return channel or next(iter(there))
+    raise UserError(f'no channel "{channel or ""}"; the channels are: {", ".join(there) or "none"}')
 
 
 def draw_curves(axes: Axes, time: Array, curves: Array, channel: str, si: str, **look: Any) -> Axes:

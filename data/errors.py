@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from numbers import Integral
 
 
 class UserError(Exception):
@@ -18,6 +19,12 @@ class UserError(Exception):
     def __reduce__(self) -> tuple[type[UserError], tuple[list[str], str]]:
         """Errors cross process borders whole (a campaign's workers raise them)."""
         return type(self), (self.errors, self.heading)
+
+
+def refuse_not_whole(option: str, value: object, remedy: str) -> None:
+    """Raise UserError where what an option counts is no whole number, as a Python call may give it."""
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise UserError(f"{option} = {value!r} is no whole number; {remedy}")
 
 
 class UnitError(UserError, ValueError):

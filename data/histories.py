@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from birdstrike.data.display import Displayed, draw_curves, own_axes
+from birdstrike.data.display import Displayed, draw_curves, own_axes, shown_channel
 from birdstrike.data.formatting import many
 from birdstrike.data.units import display
 
@@ -98,7 +98,7 @@ class Histories(Displayed):
 
     def plot(self, channel: str | None = None, axes: Axes | None = None, **look: Any) -> Axes:
         """One channel (default: the first) over time, in engineers' units; `look` goes to matplotlib's plot."""
-        name = channel or next(iter(self.channels))
+        name = shown_channel(channel, self.channels)
         return draw_curves(own_axes(axes), self.time, self.channels[name], name, self.units[name], **look)
 
     def draw(self) -> tuple[partial[Axes], ...]:

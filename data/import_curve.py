@@ -322,7 +322,7 @@ def _refuse_names(sensors: Collection[str]) -> None:
 
 def _refuse_options(options: ImportOptions) -> None:
     """Raises MeasuredError for options that say nothing of the file, and would be passed over."""
-    if not options.sensors:
+    if not isinstance(options.sensors, Mapping) or not options.sensors:
         raise MeasuredError(
             f'sensors = {options.sensors!r}: name at least one, with its column or "" to find it, such as '
             '{"displacement_centre": ""}'

@@ -218,6 +218,8 @@ def decimal_comma(text: str) -> str:
 
 def to_si(text: str, unit: str) -> float:
     """SI value of a quantity's text: to_si("10 mm", "m") is 0.01; raises UnitError naming the accepted units."""
+    if not isinstance(text, str):  # a number, from Python
+        raise UnitError(f"{text!r} has no unit; accepted units: {ACCEPTED.get(unit, unit)}")
     try:
         number, given = parts(text)
     except UnitError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,8 @@ from birdstrike.surrogate.inverse_network import HIDDEN
 
 OPTIONS_FILE = "options.json"
 """Beside inversion.json: what was asked for, so that it can be asked for again."""
+MOST_HIDDEN = 100
+"""Neurons of the network."""
 One = str | Path
 Record = str | Path | Measured
 
@@ -152,7 +155,11 @@ def train_and_invert(
     """
     folder, more = Path(out), extras or Extras()
     refuse_seed(seed)
+    _refuse_values(more)
     folders = [Path(one) for one in as_list(doe_dir)]
+    if not folders or not as_list(measured):
+        missing = "--measured" if folders else "the campaign's folder"
+        raise UserError(f"{missing} is missing: give one, or several, each with its --case")
     options = InversionOptions(
         trainer=trainer,
         method=method,
@@ -255,6 +262,19 @@ def inverted(
         mesh_correction=corrections,
     )
     return replace(outcome, inversion=inversion), dataset, joint.measured
+
+
+def _refuse_values(more: Extras) -> None:
+    """Raises UserError for numbers that the command refuses too, and a Python call may give."""
+    if more.copies is not None and (not isinstance(more.copies, Integral) or more.copies < 0):
+        raise UserError(f"copies = {more.copies!r} is no whole number from 0 on; leave it out for 10")
+    if more.hidden is not None and (not isinstance(more.hidden, Integral) or not 1 <= more.hidden <= MOST_HIDDEN):
+        raise UserError(f"hidden = {more.hidden!r} must be a whole number from 1 to {MOST_HIDDEN}, or None to search")
+    share = more.discrepancy
+    if share is not None and (not isinstance(share, Real) or not 0.0 <= share <= 1.0):
+        raise UserError(
+            f"discrepancy = {share!r} is outside 0 .. 1: it is a share of each channel's peak (1 sigma), such as 0.02"
+        )
 
 
 def _share(report: Progress, part: int, parts: int, whole: float) -> Progress:

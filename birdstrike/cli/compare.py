@@ -41,10 +41,10 @@ def compare(
     from birdstrike.data.out_folder import reserved
     from birdstrike.reports.comparison.other_code import curve_pairs, remarks
     from birdstrike.reports.page.other_code import write_comparison_page
-    from birdstrike.solver.case.case import case_hash
+    from birdstrike.solver.case.case import as_case, case_hash
     from birdstrike.solver.version import SOLVER_VERSION
 
-    loaded, folder = _loaded(case, settings), Path(out)
+    loaded, folder = as_case(case, settings), Path(out)
     files = [histories] if isinstance(histories, str | Path) else list(histories)
     other, missing = _theirs(files, deck)
     with reserved(folder, "compare"):
@@ -63,19 +63,6 @@ def compare(
         write_comparison_page(folder / PAGE, loaded.name, theirs, pairs, files, [*told, *not_compared])
         write_json(folder / ANSWER, answer)
     return answer
-
-
-def _loaded(case: CaseSource, settings: Mapping[str, Any] | None) -> Case:
-    """The case with its overrides; raises UserError for overrides of one that is loaded already."""
-    from birdstrike.solver.case.case import Case, load_case
-
-    if not isinstance(case, Case):
-        return load_case(case, settings)
-    if settings:
-        raise UserError(
-            f"settings = {dict(settings)}: the case is loaded already; give them to load_case(case, settings)"
-        )
-    return case
 
 
 def _theirs(files: Sequence[str | Path], deck: str | Path | None) -> tuple[Histories, list[str]]:

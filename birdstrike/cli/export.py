@@ -17,6 +17,7 @@ from birdstrike.data.unit_systems import SYSTEMS, unit_system
 
 if TYPE_CHECKING:
     from birdstrike.reports.export.deck import WrittenDeck
+    from birdstrike.solver.case.case import CaseSource
 
 
 class Target(StrEnum):
@@ -41,7 +42,7 @@ ENDING = {Target.lsdyna: ".k", Target.radioss: ".rad"}
 
 
 def export(
-    source: str | Path,
+    source: CaseSource,
     out: str | Path,
     *,
     to: str = "lsdyna",
@@ -81,23 +82,23 @@ def _refuse_results(out: str | Path) -> None:
 
 
 def _write_deck(
-    source: str | Path, out: str | Path, to: str, units: str, settings: Mapping[str, Any] | None
+    source: CaseSource, out: str | Path, to: str, units: str, settings: Mapping[str, Any] | None
 ) -> WrittenDeck:
     from birdstrike.reports.export.deck import write_deck
-    from birdstrike.solver.case.case import load_case
+    from birdstrike.solver.case.case import as_case
 
     _refuse_results(out)
     system = unit_system(units)
-    if Path(source).is_dir():
+    if isinstance(source, str | Path) and Path(source).is_dir():
         raise UserError(
             f"--deck writes the deck of a case, and {source} is a folder; give a case file, such as the one that a "
             "diagnosis leaves with its effect (case_after in diagnosis.json), or the inversion's case.toml"
         )
-    return write_deck(load_case(source, settings), Path(out), to, system)
+    return write_deck(as_case(source, settings), Path(out), to, system)
 
 
 def _write_cards(
-    source: str | Path,
+    source: CaseSource,
     out: str | Path,
     to: str,
     units: str,
@@ -109,16 +110,20 @@ def _write_cards(
     """Writes the birds' cards and those of the effects in a folder; how many effects."""
     from birdstrike.data.files import write_atomically
     from birdstrike.reports.export.effects import effect_lines, read_effects
-    from birdstrike.reports.export.exported import read_export
+    from birdstrike.reports.export.exported import bird_of_case, read_export
     from birdstrike.reports.export.lsdyna import write_lsdyna
     from birdstrike.reports.export.radioss import bird_file
+    from birdstrike.solver.case.case import as_case
 
     _refuse_results(out)
-    system, folder = unit_system(units), Path(source)
-    if folder.is_dir() and settings:
-        raise UserError(f"--set changes a case, and {source} is a folder; leave it out, or give a case")
-    birds = read_export(source, case, method, settings, model)
-    found = read_effects(folder, case) if folder.is_dir() else None
+    system, folder = unit_system(units), Path(source) if isinstance(source, str | Path) else None
+    if folder is None:
+        birds, found = bird_of_case(as_case(source, settings)), None
+    else:
+        if folder.is_dir() and settings:
+            raise UserError(f"--set changes a case, and {source} is a folder; leave it out, or give a case")
+        birds = read_export(folder, case, method, settings, model)
+        found = read_effects(folder, case) if folder.is_dir() else None
     lines = [] if found is None else effect_lines(found, system, to)
     if to == Target.lsdyna:
         write_lsdyna(Path(out), birds, system, lines)

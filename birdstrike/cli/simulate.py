@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -31,6 +33,10 @@ def simulate(
     from birdstrike.doe.solvers import solver_for
     from birdstrike.solver.case.case import as_case
 
+    if not isinstance(step_factor, Real) or not 0.0 < step_factor < math.inf:
+        raise UserError(f"step_factor = {step_factor!r} is no number above 0: it scales the stable step; 1 is usual")
+    if threads is not None and (not isinstance(threads, Integral) or threads < 1):
+        raise UserError(f"threads = {threads!r} is no whole number from 1 on; leave it out to use all cores")
     loaded = as_case(case)
     return solver_for(loaded).simulate(loaded, step_factor=step_factor, threads=threads, progress=progress)
 

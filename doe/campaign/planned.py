@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from birdstrike.data.errors import refuse_not_whole
 from birdstrike.data.histories import Array
 from birdstrike.data.progress import Progress, silent
 from birdstrike.doe.campaign.folder import CampaignFolder, design_rows, rows_digest, space_json
@@ -30,6 +31,7 @@ def planned_design(
     More runs than it holds are added where they fill the box best; a nested kind (Sobol) goes on instead.
     Raises UserError.
     """
+    refuse_not_whole("--runs", runs, "a design needs at least two runs")
     held = _held(str(kind), space, seed, CampaignFolder(Path(out)))
     if held is None or runs < len(held[0]) or (KINDS[str(kind)].nested and runs > len(held[0])):
         return make_design(kind, space, runs, seed, progress)

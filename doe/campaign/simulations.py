@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, ExitStack, nullcontext
@@ -14,7 +13,7 @@ from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.run import Finished, PlannedRun
 from birdstrike.doe.campaign.runner import RunCounts, Runner
-from birdstrike.doe.campaign.worker import process_pool
+from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.doe.solvers import solver_for
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.simulate import simulate
@@ -44,7 +43,7 @@ class Simulations:
         retry: float = 0.0,
     ) -> None:
         self.store, self.read = RunStore(store), tuple(RunStore(path) for path in read)
-        self.workers, self.shown = workers or os.cpu_count() or 1, shown
+        self.workers, self.shown = worker_count(workers), shown
         self.paid, self.reused, self.failures = 0, 0, dict[str, str]()
         self.retry = retry
         self._stack, self._pool = ExitStack(), None

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import UserError, refuse_not_whole
 from birdstrike.data.progress import Progress, silent
 from birdstrike.doe.designs.design import Design, DesignKind
 from birdstrike.doe.designs.design_file import file_design
@@ -24,6 +24,7 @@ KINDS: dict[str, DesignKind] = {kind.name: kind for kind in (UNIFORM, ORTHOGONAL
 
 def refuse_seed(seed: int) -> None:
     """Raise UserError for a seed that no random generator takes."""
+    refuse_not_whole("--seed", seed, "use 0, 1, 2, ...")
     if seed < 0:
         raise UserError(f"--seed = {seed} is below 0; use 0, 1, 2, ...")
 
@@ -40,6 +41,7 @@ def make_design(
         if not Path(kind).is_file():
             raise UserError(f"--design = {kind} is neither a file nor one of {', '.join(KINDS)}")
         return file_design(kind, space)
+    refuse_not_whole("--runs", runs, "a design needs at least two runs")
     if runs < 2:
         raise UserError(f"--runs = {runs} is below 2; a design needs at least two runs")
     refuse_seed(seed)

@@ -39,6 +39,11 @@ CRASHES = (signal.SIGSEGV, signal.SIGFPE, signal.SIGILL, signal.SIGABRT)
 """Signals of a fault inside the program, which the same deck raises again; the others come from outside."""
 
 
+def _placeholder(name: str, unit: str) -> str:
+    """What stands for a quantity in a template."""
+    return f'{{{{ {name} | to("{unit}") }}}}' if unit else f"{{{{ {name} }}}}"
+
+
 def external_solver(case: Case) -> Solver:
     """The case's external solver; raises CaseError where the template cannot be filled or leaves out what is asked.
 
@@ -49,7 +54,7 @@ def external_solver(case: Case) -> Solver:
     template = Path(case.external.template).name
     errors = [
         f"inversion.parameters.{p.name}: no placeholder of {template} changes with it; "
-        f'write {{{{ {p.name} | to("{p.unit or "..."}") }}}} where it belongs, or leave the parameter out'
+        f"write {_placeholder(p.name, p.unit)} where it belongs, or leave the parameter out"
         for p in case.parameters()
         if rendered(case.with_values({p.name: p.low})) == rendered(case.with_values({p.name: p.high}))
     ]

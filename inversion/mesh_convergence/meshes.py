@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from birdstrike.data.errors import CaseError, UserError
+from birdstrike.data.errors import CaseError, UserError, refuse_not_whole
 from birdstrike.data.formatting import many
 from birdstrike.doe.external.deck import has_place
 from birdstrike.solver.case.case import Case
@@ -57,6 +57,7 @@ def choose_meshes(case: Case, ratio: float, count: int, place: str = "auto") -> 
     """
     if not 1.1 <= ratio <= 2.0:
         raise UserError(f"--ratio = {ratio:g} is outside 1.1 .. 2; 1.3 is the usual one")
+    refuse_not_whole("--meshes", count, "3 to 6 are possible; the index needs three")
     if not 3 <= count <= 6:
         raise UserError(f"--meshes = {count} is outside 3 .. 6; the index needs three")
     if case.mesh_file is not None:

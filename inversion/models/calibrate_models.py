@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.curves import Measured, as_list, as_measured, only_channels, refuse_twice, shot_names
-from birdstrike.data.errors import CaseError, RunFailed, UserError
+from birdstrike.data.errors import CaseError, RunFailed, UserError, refuse_not_whole
 from birdstrike.data.files import plain as plain_json
 from birdstrike.data.formatting import listing
 from birdstrike.data.out_folder import fills_out
 from birdstrike.doe.campaign.run import retry_before
+from birdstrike.doe.designs.registry import refuse_seed
 from birdstrike.doe.designs.uniform import LARGEST
 from birdstrike.doe.external.deck import refuse_missing_in_deck
 from birdstrike.doe.solvers import solver_for
@@ -121,8 +122,11 @@ def calibrate_models(
     """
     chosen = candidates(as_list(models))
     refuse_unknown(asked := as_list(optimisers))
+    refuse_not_whole("--budget", budget, "an optimiser spends at least one simulation of each shot")
     if budget < 1:
         raise UserError(f"--budget = {budget} is below 1: an optimiser spends at least one simulation of each shot")
+    refuse_not_whole("--runs", runs, "20 is usual")
+    refuse_seed(seed)
     if not FEWEST_RUNS <= runs <= LARGEST:
         raise UserError(
             f"--runs = {runs} is outside {FEWEST_RUNS} .. {LARGEST}: an emulator of several constants needs at least "

@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from birdstrike.data.curves import write_histories
 from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import RunFailed
 from birdstrike.data.files import write_json
 from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array, Histories
@@ -95,7 +96,7 @@ class ModelFit:
             heldout_parameters={name: self.runs.scale.values(theta) for name, (theta, _) in folds.items()},
             residuals={name: own for name, (_, own) in folds.items()},
             q2=q2,
-            optimised={name: self._optimised(name, shots, origins) for name in self.runs.options.optimisers},
+            optimised=self._optimised(shots, origins, said),
             eroded=self.runs.eroded(),
             discrepancy=share,
             inside=outcome.inversion.prior_predictive.inside,
@@ -157,7 +158,22 @@ class ModelFit:
             share = 0.0
         return share, found[share]
 
-    def _optimised(self, name: str, shots: Sequence[Shot], origins: Sequence[tuple[float, bool]]) -> Optimised:
+    def _optimised(
+        self, shots: Sequence[Shot], origins: Sequence[tuple[float, bool]], said: list[str]
+    ) -> dict[str, Optimised]:
+        """What each optimiser reaches; one without an answer is a warning, as the calibration does not need it."""
+        found: dict[str, Optimised] = {}
+        for name in self.runs.options.optimisers:
+            try:
+                found[name] = self._reached(name, shots, origins)
+            except RunFailed as failure:
+                said.append(
+                    f"{failure}: there is nothing of it to compare the calibration with; narrow the ranges "
+                    "(inversion.models.NAME), or leave it out of --optimisers"
+                )
+        return found
+
+    def _reached(self, name: str, shots: Sequence[Shot], origins: Sequence[tuple[float, bool]]) -> Optimised:
         """What an optimiser with the solver in the loop reaches on the same records."""
 
         def residuals(values: Mapping[str, float]) -> Array:

@@ -45,6 +45,8 @@ class Problem:
     points: int = 0
     best: tuple[float, Array] | None = None
     size: int = field(default=1)
+    known: dict[bytes, Array] = field(default_factory=dict)
+    failure: RunFailed | None = None
 
     def values(self, unit: Array) -> dict[str, float]:
         """SI values at a point in 0..1."""
@@ -52,18 +54,23 @@ class Problem:
         return dict(zip(self.names, map(float, row), strict=True))
 
     def at(self, unit: Array) -> Array:
-        """Residuals at a point in 0..1; a point counts, and the best is kept."""
+        """Residuals at a point in 0..1; a point counts once, and the best of those that finished is kept."""
+        place = np.clip(unit, 0.0, 1.0)
+        if place.tobytes() in self.known:
+            return self.known[place.tobytes()]
         if self.points >= self.budget:
             raise _Spent
         self.points += 1
         try:
-            found = self.residuals(self.values(unit))
+            found = self.residuals(self.values(place))
             self.size = len(found)
-        except RunFailed:
+            error = float(np.sqrt(found @ found))
+            if self.best is None or error < self.best[0]:
+                self.best = (error, place)
+        except RunFailed as failure:
+            self.failure = failure
             found = np.full(self.size, FAILED / np.sqrt(self.size))
-        error = float(np.sqrt(found @ found))
-        if self.best is None or error < self.best[0]:
-            self.best = (error, np.clip(unit, 0.0, 1.0))
+        self.known[place.tobytes()] = found
         return found
 
 
@@ -71,6 +78,11 @@ def by_least_squares(problem: Problem) -> str:
     """Trust-region least squares (scipy), derivatives by differences."""
     start = np.full(len(problem.names), 0.5)
     problem.at(start)
+    if problem.failure is not None:
+        raise RunFailed(
+            "least_squares: the simulation in the middle of the ranges, where least_squares begins, failed "
+            f"({problem.failure})"
+        )
     ends = least_squares(problem.at, start, bounds=(0.0, 1.0), diff_step=STEP / 0.5, xtol=1e-3)
     return str(ends.message)
 
@@ -109,6 +121,6 @@ def optimised(name: str, problem: Problem) -> Optimised:
     except _Spent:
         ended = f"all {problem.budget} simulations a shot were spent"
     if problem.best is None:
-        raise RunFailed(f"{name}: no simulation finished")
+        raise RunFailed(f"{name}: no simulation finished ({problem.failure})")
     error, place = problem.best
     return Optimised(problem.values(place), error, problem.points, ended)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import beta
 
-from birdstrike.data.display import Displayed, draw_curves, own_axes
+from birdstrike.data.display import Displayed, draw_curves, own_axes, shown_channel
 from birdstrike.data.files import write_atomically, write_json
 from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.histories import Array
@@ -134,7 +134,7 @@ class Prediction(Displayed):
 
     def plot(self, channel: str | None = None, axes: Axes | None = None, **look: Any) -> Axes:
         """Median of one sensor with its 50 and 95 % bands (default: the first sensor)."""
-        name, on = channel or next(iter(self.bands)), own_axes(axes)
+        name, on = shown_channel(channel, self.bands), own_axes(axes)
         band = self.bands[name]
         draw_curves(on, band.time, band.quantiles["q50"], name, band.unit, **look)
         scale = 1.0 if not len(on.lines) else _scale(on, band)

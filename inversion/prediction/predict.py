@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from birdstrike.data.errors import UnitError, UserError
+from birdstrike.data.errors import UnitError, UserError, refuse_not_whole
 from birdstrike.data.out_folder import fills_out, model_of
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.units import to_si
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
+from birdstrike.doe.designs.registry import refuse_seed
 from birdstrike.inversion.prediction.answer import (
     AveragedExplanation,
     Band,
@@ -100,6 +101,8 @@ def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: Pred
         When too few simulations of the new case finish.
     """
     choice, folder, new = options or PredictOptions(), Path(out), as_case(case)
+    refuse_seed(choice.seed)
+    refuse_not_whole("--budget", choice.budget, f"{BUDGET} is usual")
     known = affordable(_only(read_learnt(Path(learnt)), choice.only), choice.budget)
     limits = _limits(new, choice.limits or {})
     warnings = [*known.warnings, *refuse_other_sensors(known, new), *drawn_instead(known, new)]

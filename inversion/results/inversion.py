@@ -70,17 +70,17 @@ class Inversion(Displayed):
     shot_scatter: float | None = None
     mesh_correction: tuple[MeshCorrectionFigures, ...] = ()
 
-    def save(self, path: Path) -> None:
+    def save(self, path: str | Path) -> None:
         """Write JSON; what is not finite becomes null."""
         for answer in self.methods.values():
             for name, estimate in answer.parameters.items():
                 assert estimate.consistent, f"{name}: {estimate.value} lies outside {estimate.interval_95}"
-        write_atomically(path, _ADAPTER.dump_json(self, indent=2, by_alias=True).decode() + "\n")
+        write_atomically(Path(path), _ADAPTER.dump_json(self, indent=2, by_alias=True).decode() + "\n")
 
     @classmethod
-    def load(cls, path: Path) -> Inversion:
+    def load(cls, path: str | Path) -> Inversion:
         """Read what `save` wrote."""
-        return _ADAPTER.validate_json(path.read_bytes())
+        return _ADAPTER.validate_json(Path(path).read_bytes())
 
     @property
     def best_answer(self) -> Answer:

@@ -66,7 +66,7 @@ def read_export(
             raise UserError(f"--case and --method are of inversions; a model of {chosen[0]} is chosen by --model alone")
         return _of_model(*chosen)
     if not folder.is_dir():
-        return _of_case(load_case(target, settings))
+        return bird_of_case(load_case(target, settings))
     path = next((p for p in (folder / "inversion.json", folder / "inversion" / "inversion.json") if p.is_file()), None)
     if path is None and (folder / "diagnosis.json").is_file():
         return _of_diagnosis(folder / "diagnosis.json", case)
@@ -188,7 +188,8 @@ def _estimate(one: Mapping[str, Any]) -> Estimate:
     return Estimate(one["value"], limits, one["unit"], one["identified"], "")
 
 
-def _of_case(case: Case) -> Export:
+def bird_of_case(case: Case) -> Export:
+    """The bird of a case, which no record has been inverted for."""
     bird = ExportedBird(case.name, case.bird.material, case.bird.actual_density, ("From the case; not inverted.",))
     return Export((bird,), (f"Case {case.name} ({case_hash(case)}): {_impact(case)}.",))
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr, ValidationError, field_validator
 
-from birdstrike.data.errors import CaseError
+from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.formatting import many, quantity, span
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
@@ -224,6 +224,11 @@ def load_case(path: str | Path | Mapping[str, Any], overrides: Mapping[str, Any]
 
 def raw_case(path: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None) -> Raw:
     """The table that `load_case` validates; raises CaseError where there is none."""
+    if isinstance(path, Case):
+        raise CaseError(
+            f"the case {path.name} is loaded already; case.with_values({{key: SI value}}) gives a variant, or load "
+            "its file with the overrides"
+        )
     if not isinstance(path, str | Path | Mapping):
         raise CaseError(f"a case is a file, a shipped case's name, a table or a loaded case, not {path!r}")
     raw = given_table(path) if isinstance(path, Mapping) else read_case(path)
@@ -231,9 +236,16 @@ def raw_case(path: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] 
     return with_mesh_path(with_baselines(with_deck(table, Path.cwd()), Path.cwd()), Path.cwd())
 
 
-def as_case(case: CaseSource) -> Case:
-    """A loaded case as it is, anything else as `load_case` reads it."""
-    return case if isinstance(case, Case) else load_case(case)
+def as_case(case: CaseSource, overrides: Mapping[str, Any] | None = None) -> Case:
+    """A loaded case as it is, anything else as `load_case` reads it; raises UserError for overrides of a loaded one."""
+    if not isinstance(case, Case):
+        return load_case(case, overrides)
+    if overrides:
+        raise UserError(
+            f"settings = {dict(overrides)}: the case is loaded already; give them to load_case(case, settings), which "
+            "takes a file, a shipped case's name or a table"
+        )
+    return case
 
 
 def case_from_table(table: Raw, name: str = "case") -> Case:

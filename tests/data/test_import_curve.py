@@ -634,6 +634,8 @@ def test_a_scale_that_leaves_nothing_is_refused(tmp_path: Path, scale: float) ->
     ("options", "message"),
     [
         (ImportOptions({}), r"sensors = \{\}: name at least one"),
+        (ImportOptions("w"), "sensors = 'w': name at least one, with its column"),  # pyright: ignore[reportArgumentType]
+        (ImportOptions(["w"]), r"sensors = \['w'\]: name at least one"),  # pyright: ignore[reportArgumentType]
         (ImportOptions(CENTRE, units={"centre": "mm"}), "--unit centre: centre is no sensor that is read; named: disp"),
         (ImportOptions(CENTRE, scales={"centre": -1.0}), "--scale centre: centre is no sensor"),
         (ImportOptions(CENTRE, stated=("centre",)), "--sigma centre: centre is no sensor"),

@@ -263,6 +263,31 @@ def test_a_campaign_that_no_record_uses_is_refused(doe: Path, measured: Path, tm
         train_and_invert([doe, second], measured, tmp_path / "out", case="reference_strike")
 
 
+@pytest.mark.parametrize(
+    ("extras", "said"),
+    [
+        ({"copies": -1}, "copies = -1 is no whole number from 0 on"),
+        ({"copies": 1.5}, "copies = 1.5 is no whole number from 0 on"),
+        ({"hidden": 0}, "hidden = 0 must be a whole number from 1 to 100"),
+        ({"discrepancy": -0.02}, "discrepancy = -0.02 is outside 0 .. 1"),
+        ({"discrepancy": "2 %"}, "discrepancy = '2 %' is outside 0 .. 1"),
+        ({"discrepancy": float("nan")}, "discrepancy = nan is outside 0 .. 1"),
+        ({"channels": "displacement_center"}, 'has no channel "displacement_center"'),
+    ],
+)
+def test_extras_that_the_command_refuses_are_refused(
+    doe: Path, measured: Path, tmp_path: Path, extras: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(UserError, match=said):
+        train_and_invert(doe, measured, tmp_path / "out", extras=Extras(**extras))
+
+
+@pytest.mark.parametrize("none", [None, []])
+def test_a_missing_record_is_named(doe: Path, tmp_path: Path, none: Any) -> None:
+    with pytest.raises(UserError, match="--measured is missing"):
+        train_and_invert(doe, none, tmp_path / "out")
+
+
 def test_one_record_is_not_two_shots(doe: Path, measured: Path, tmp_path: Path) -> None:
     copy = shutil.copy(measured, tmp_path / "copy.csv")
     with pytest.raises(UserError, match=r"hold the same points; a record counts once"):

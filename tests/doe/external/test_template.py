@@ -86,6 +86,15 @@ def test_a_sought_parameter_without_a_placeholder_is_refused(tmp_path: Path) -> 
     assert "impact.speed" not in str(caught.value)  # it acts through velocity_normal
 
 
+def test_a_sought_ratio_is_asked_for_without_a_unit(tmp_path: Path) -> None:
+    sought = {"inversion": {"parameters": {"bird.material.tension_erosion": {"range": [1.05, 1.25]}}}}
+    case = oscillator(tmp_path).overlaid(sought)
+    with pytest.raises(CaseError, match=r"write \{\{ bird\.material\.tension_erosion \}\} where it belongs"):
+        external_solver(case)
+    asked = oscillator(tmp_path / "mended", deck=DECK + "\n{{ bird.material.tension_erosion }}\n")
+    external_solver(asked.overlaid(sought))
+
+
 def test_a_template_that_names_the_step_factor_has_a_second_chance(tmp_path: Path) -> None:
     assert external_solver(oscillator(tmp_path / "plain")).step_factors == (1.0,)
     safer = DECK.replace("0.005 | card", "(0.005 * step_factor) | card")

@@ -184,6 +184,24 @@ def test_bad_input_is_named_and_nothing_is_written(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"seed": -1}, "--seed = -1 is below 0"),
+        ({"workers": 0}, "--workers = 0 is below 1"),
+        ({"workers": -1}, "--workers = -1 is below 1"),
+        ({"budget": 16.5}, "--budget = 16.5 is no whole number"),
+        ({"limits": {"displacement_centre": 8}}, '--limit displacement_centre="8": 8 has no unit'),
+        ({"tolerances": {"impact.speed": 1.0}}, '--tolerance impact.speed="1.0": 1.0 has no unit'),
+    ],
+)
+def test_options_from_python_are_refused_by_name(
+    learnt: Path, tmp_path: Path, options: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(UserError, match=said):
+        predicted(learnt, tmp_path / "out", **options)
+
+
 def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="there is no such folder"):
         predict(tiny(), tmp_path / "none", tmp_path / "out")

@@ -34,6 +34,17 @@ def test_histories_show_channels_and_peaks() -> None:
     assert np.array_equal(table["displacement_centre_m"], HISTORIES.channels["displacement_centre"])
 
 
+def test_a_plot_of_a_channel_that_is_not_there_names_those_that_are(loop: Path) -> None:
+    for found in (HISTORIES, load_dataset(loop / "doe")):
+        with pytest.raises(UserError, match='no channel "displacement_center"; the channels are: displacement_centre'):
+            found.plot("displacement_center")
+
+
+def test_an_inversion_is_read_from_a_name_as_from_a_path(loop: Path) -> None:
+    path = loop / "inversion" / "inversion.json"
+    assert repr(Inversion.load(str(path))) == repr(Inversion.load(path))
+
+
 def test_a_plot_is_in_engineers_units_on_the_axes_given() -> None:
     axes = plt.subplots()[1]
     assert HISTORIES.plot("displacement_centre", axes) is axes

@@ -297,6 +297,24 @@ def test_what_no_common_card_says_is_refused_with_a_remedy(tmp_path: Path) -> No
     assert not (tmp_path / "x.k").exists()
 
 
+@pytest.mark.parametrize("deck", [True, False])
+def test_a_loaded_case_is_exported_as_its_file_is(deck: bool, tmp_path: Path) -> None:
+    loaded = load_case("demo_rig", SMALL)
+    of_file = export("demo_rig", tmp_path / "file.rad", to="radioss", deck=deck, settings=SMALL)
+    of_case = export(loaded, tmp_path / "case.rad", to="radioss", deck=deck)
+    of_table = export(loaded.table, tmp_path / "table.rad", to="radioss", deck=deck)
+    assert numbers(of_case) == numbers(of_file) == numbers(of_table)
+    with pytest.raises(UserError, match="the case is loaded already"):
+        export(loaded, tmp_path / "other.rad", to="radioss", deck=deck, settings=SMALL)
+
+
+def numbers(file: Path) -> list[str]:
+    """Lines of a deck that hold constants and coordinates, no names."""
+    found = [line for line in file.read_text(encoding="utf-8").splitlines() if line[:1] == " "]
+    assert found
+    return found
+
+
 def test_command_names_the_files_and_what_comes_next(tmp_path: Path) -> None:
     out = tmp_path / "shot.rad"
     settings = [word for key, value in SMALL.items() for word in ("--set", f"{key}={value}")]

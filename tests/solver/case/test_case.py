@@ -283,6 +283,7 @@ WRONG_IN_A_SCRIPT: list[tuple[Any, Any, str]] = [
     ("reference_strike", {"effects.bird_porosity": 10**400}, "effects.bird_porosity is a whole number of over 300"),
     ({"a": 1}, {}, "plate is missing"),
     ({3: 1}, {}, "3 is no key of a case"),
+    (load_case("reference_strike"), {}, "reference_strike is loaded already; case.with_values("),
     (3, {}, "a case is a file, a shipped case's name, a table or a loaded case, not 3"),
 ]
 
