@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from numbers import Integral
 
@@ -21,10 +22,11 @@ class UserError(Exception):
         return type(self), (self.errors, self.heading)
 
 
-def refuse_not_whole(option: str, value: object, remedy: str) -> None:
-    """Raise UserError where what an option counts is no whole number, as a Python call may give it."""
-    if isinstance(value, bool) or not isinstance(value, Integral):
-        raise UserError(f"{option} = {value!r} is no whole number; {remedy}")
+def refuse_not_whole(option: str, value: object, remedy: str, least: float = -math.inf) -> None:
+    """Raise UserError where what is counted is no whole number, or below the least, as a Python call may give it."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        least_said = "" if least == -math.inf else f" of at least {least}"
+        raise UserError(f"{option} = {value!r} is no whole number{least_said}; {remedy}")
 
 
 class UnitError(UserError, ValueError):

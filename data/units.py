@@ -9,6 +9,7 @@ import math
 import re
 from decimal import Decimal
 from functools import cache
+from numbers import Real
 from typing import TYPE_CHECKING
 
 from birdstrike.data.errors import UnitError
@@ -217,8 +218,13 @@ def decimal_comma(text: str) -> str:
 
 
 def to_si(text: str, unit: str) -> float:
-    """SI value of a quantity's text: to_si("10 mm", "m") is 0.01; raises UnitError naming the accepted units."""
-    if not isinstance(text, str):  # a number, from Python
+    """SI value of a quantity's text: to_si("10 mm", "m") is 0.01; raises UnitError naming the accepted units.
+
+    From Python, a number is taken where the quantity is a pure number, and refused elsewhere.
+    """
+    if not isinstance(text, str):
+        if unit == "" and isinstance(text, Real) and not isinstance(text, bool):
+            return float(text)
         raise UnitError(f"{text!r} has no unit; accepted units: {ACCEPTED.get(unit, unit)}")
     try:
         number, given = parts(text)

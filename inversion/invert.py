@@ -125,7 +125,7 @@ def invert(
         design=located.calibration.design,
         runs_used=len(dataset.runs),
         time_offset=located.origin,
-        warnings=(*failed, *of_curve, *of_network),
+        warnings=(*failed, *of_curve, *of_network, *located.remarks),
         training=training,
         emulator=emulator_figures(located.emulator, dataset),
         prior_predictive=predictive,

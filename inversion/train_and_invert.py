@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from numbers import Integral, Real
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from birdstrike.data.curves import (
     write_histories,
 )
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import UserError, refuse_not_whole
 from birdstrike.data.files import read_json, write_json
 from birdstrike.data.formatting import many, quantity
 from birdstrike.data.histories import Array, Histories
@@ -266,10 +266,12 @@ def inverted(
 
 def _refuse_values(more: Extras) -> None:
     """Raises UserError for numbers that the command refuses too, and a Python call may give."""
-    if more.copies is not None and (not isinstance(more.copies, Integral) or more.copies < 0):
-        raise UserError(f"copies = {more.copies!r} is no whole number from 0 on; leave it out for 10")
-    if more.hidden is not None and (not isinstance(more.hidden, Integral) or not 1 <= more.hidden <= MOST_HIDDEN):
-        raise UserError(f"hidden = {more.hidden!r} must be a whole number from 1 to {MOST_HIDDEN}, or None to search")
+    if more.copies is not None:
+        refuse_not_whole("copies", more.copies, "leave it out for 10", least=0)
+    if more.hidden is not None:
+        refuse_not_whole("hidden", more.hidden, "None searches for it", least=1)
+        if more.hidden > MOST_HIDDEN:
+            raise UserError(f"hidden = {more.hidden} is above {MOST_HIDDEN}; None searches for it")
     share = more.discrepancy
     if share is not None and (not isinstance(share, Real) or not 0.0 <= share <= 1.0):
         raise UserError(

@@ -68,12 +68,12 @@ def warnings_of(case: Case, coupling: Coupling) -> list[str]:
     """What the user should know about a run that nevertheless finished, the gravest first."""
     return [
         *_of_the_meeting(coupling),
-        *setup_warnings(case),
         *remarks_on_sensors(case.sensors, coupling),
         *_of_what_failed(coupling),
         *coupling.bird.warnings(coupling.balance.normal_energy),
         *case.bird.material.warnings(coupling.bird.equivalent_viscosity()),
         *_of_hourglass(case, coupling),
+        *setup_warnings(case),
     ]
 
 

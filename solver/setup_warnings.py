@@ -33,13 +33,13 @@ def setup_warnings(case: Case) -> list[str]:
         *free_target(case),
         *other_thicknesses(case),
         *bird_beside_plate(case),
+        *remarks(case),
+        *unrecorded(case.instrument, case.first_contact, case.time.end),
         *coarse_mesh(case),
         *doubtful_shells(case),
         *edge_on(case),
         *long_rivets(case),
         *loose_ties(case),
-        *remarks(case),
-        *unrecorded(case.instrument, case.first_contact, case.time.end),
     ]
 
 

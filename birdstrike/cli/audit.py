@@ -32,11 +32,11 @@ def command(
     draws: Annotated[int, typer.Option(min=1, help="Draws of the noise on each record; 1: as it is.")] = 1,
     channels: Annotated[int | None, typer.Option(min=1, help="Only records of so many channels.")] = None,
     shots: Annotated[int | None, typer.Option(min=1, help="Only records of so many shots.")] = None,
-    baseline: Annotated[
+    baselines: Annotated[
         str | None,
         typer.Option(
             metavar="KIND",
-            help="Only records without a baseline (none), with one of another bird (other) or its own (same).",
+            help="Only records without a baseline (none), with one of another bird (another) or its own (own).",
         ),
     ] = None,
     most: Annotated[int | None, typer.Option(min=1, help="Records answered at most; run again for the others.")] = None,
@@ -73,7 +73,7 @@ def command(
             draws=draws,
             channels=channels,
             shots=shots,
-            baseline=baseline,
+            baselines=baselines,
             make=make,
             forms=make_forms,
             case=case,
@@ -81,7 +81,7 @@ def command(
             progress=progress,
             say=say,
             retry_failed=retry_failed,
-            command=typed(make, make_forms, case, draws, channels, shots, baseline, confirm, seed),
+            command=typed(make, make_forms, case, draws, channels, shots, baselines, confirm, seed),
         )
     for name, entry in content["tables"].items():
         console.print(table(name, entry))
@@ -107,7 +107,7 @@ def typed(
     draws: int,
     channels: int | None,
     shots: int | None,
-    baseline: str | None,
+    baselines: str | None,
     confirm: bool,
     seed: int,
 ) -> str:
@@ -116,7 +116,7 @@ def typed(
     parts += [f"--make {make}"] * bool(make) + [f"--make-forms {make_forms}"] * bool(make_forms)
     parts += [f"--case {Path(case).name}"] * (case != CASE) + [f"--draws {draws}"] * (draws > 1)
     parts += [f"--channels {channels}"] * (channels is not None) + [f"--shots {shots}"] * (shots is not None)
-    parts += [f"--baseline {baseline}"] * (baseline is not None)
+    parts += [f"--baselines {baselines}"] * (baselines is not None)
     parts += ["--no-confirm"] * (not confirm)
     return " ".join(parts + [f"--seed {seed}"] * bool(seed))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from numbers import Integral, Real
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,7 +14,7 @@ from rich.table import Table
 from birdstrike.cli.check import pieces
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say, warn
 from birdstrike.cli.next_steps import following, set_again
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import UserError, refuse_not_whole
 from birdstrike.data.progress import Progress
 
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ def simulate(
 
     if not isinstance(step_factor, Real) or not 0.0 < step_factor < math.inf:
         raise UserError(f"step_factor = {step_factor!r} is no number above 0: it scales the stable step; 1 is usual")
-    if threads is not None and (not isinstance(threads, Integral) or threads < 1):
-        raise UserError(f"threads = {threads!r} is no whole number from 1 on; leave it out to use all cores")
+    if threads is not None:
+        refuse_not_whole("threads", threads, "leave it out to use all cores", least=1)
     loaded = as_case(case)
     return solver_for(loaded).simulate(loaded, step_factor=step_factor, threads=threads, progress=progress)
 

@@ -161,11 +161,12 @@ def command(
 
 def _neurons(text: str) -> int | None:
     """Hidden neurons; None for a search. Raises UserError."""
+    from birdstrike.inversion.train_and_invert import MOST_HIDDEN
 
     if text == "search":
         return None
-    if not text.isdecimal() or not 1 <= int(text) <= 100:
-        raise UserError(f'--hidden = {text} must be a number from 1 to 100, or "search"')
+    if not text.isdecimal() or not 1 <= int(text) <= MOST_HIDDEN:
+        raise UserError(f'--hidden = {text} must be a number from 1 to {MOST_HIDDEN}, or "search"')
     return int(text)
 
 

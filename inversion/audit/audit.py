@@ -50,7 +50,7 @@ def audit(
     draws: int = 1,
     channels: int | None = None,
     shots: int | None = None,
-    baseline: str | None = None,
+    baselines: str | None = None,
     make: int = 0,
     forms: int = 0,
     case: str | Path | Case = CASE,
@@ -69,7 +69,7 @@ def audit(
     options : of every diagnosis; `check` is whether the solver is run at each record's fits.
     draws : draws of the noise on each record; 1: the record as it is.
     channels, shots : only records of so many.
-    baseline : only records of this kind: none, other (a baseline of another bird), same (of the shot's own bird).
+    baselines : only records without a baseline (none), with one of another bird (another) or of the shot's (own).
     make, forms : truths to draw and simulate first, by the declared model and by another one.
     case : the declared case of the truths that are made.
     most : records answered at most in this call; the others are counted as not yet answered.
@@ -86,25 +86,25 @@ def audit(
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
     refuse_alpha(choice.alpha)
     _refuse_counts(make=make, make_forms=forms, draws=draws, channels=channels, shots=shots, most=most)
-    if baseline not in (None, *BASELINES):
-        raise UserError(f'--baseline "{baseline}" is unknown; available: {", ".join(BASELINES)}')
+    if baselines not in (None, *BASELINES):
+        raise UserError(f'--baselines "{baselines}" is unknown; available: {", ".join(BASELINES)}')
     if folder is not None and (make or forms):
         raise UserError(f"--experiments {folder} and --make exclude each other: truths are made in --out")
     made = place / "experiments"
     if make or forms:
         declared = as_case(case)
         refuse_other_truths(declared, made, choice.seed)
-        asked = (channels, shots, baseline)
+        asked = (channels, shots, baselines)
         wanted = tuple(one for one in layouts(declared) if _fits((len(one.channels), one.shots, one.baseline), asked))
         with Simulations(place / "truths", (), choice.workers, retry=choice.retry) as simulations:
             for count, other in ((make, False), (forms, True)):
                 if count:
                     make_experiments(declared, made, simulations.run, count, choice.seed, forms=other, wanted=wanted)
     source = made if folder is None else Path(folder)
-    found = [one for one in find_experiments(source) if _fits(_kind_of(one), (channels, shots, baseline))]
+    found = [one for one in find_experiments(source) if _is_asked(one, channels, shots, baselines)]
     if not found:
         counts = [many(n, name) for n, name in ((channels, "channel"), (shots, "shot")) if n is not None]
-        lacking = [*counts, *([f"a baseline of kind {baseline}"] if baseline else [])]
+        lacking = [*counts, *([f"--baselines {baselines}"] if baselines else [])]
         raise UserError(f"no experiment in {source} has {' and '.join(lacking)}")
     refuse_damaged_truths(found)
     scores, failed, left = _scored(found, place, choice, draws, most, progress, say)
@@ -120,9 +120,10 @@ def _refuse_counts(**counts: int | None) -> None:
             raise UserError(f"--{name.replace('_', '-')} = {count} is below {least}; {remedy}")
 
 
-def _kind_of(one: Experiment) -> tuple[int, int, str]:
-    """Number of channels, of shots, kind of baseline."""
-    return len(read_measured(one.shots[0]).channels), len(one.shots), one.baseline_kind
+def _is_asked(one: Experiment, channels: int | None, shots: int | None, baselines: str | None) -> bool:
+    """Whether a record has so many channels and shots, and such a baseline, as are asked for."""
+    kind = "" if baselines is None else one.baseline_kind
+    return _fits((len(read_measured(one.shots[0]).channels), len(one.shots), kind), (channels, shots, baselines))
 
 
 def _fits(kind: tuple[int, int, str], asked: tuple[int | None, int | None, str | None]) -> bool:

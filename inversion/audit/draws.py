@@ -37,8 +37,9 @@ SPARE = 1e-4  # s beyond the declared end, for a record that starts early
 STEP = 0.05  # of a parameter's range: of the differences that give its sensitivities
 TRIES = 50
 SHOTS = ("shot1", "shot2", "shot3")
-BASELINE, REPEAT, HELDOUT, WITHOUT, SLOPE = "baseline", "repeat", "heldout", "without", "slope"
-CLEAN_ROLES = (BASELINE, REPEAT, WITHOUT)
+BASELINE, OWN_BASELINE, HELDOUT = "baseline", "own_baseline", "heldout"
+WITHOUT, SLOPE = "without", "slope"
+CLEAN_ROLES = (BASELINE, OWN_BASELINE, WITHOUT)
 """Simulations of the rig and the bird as they are declared."""
 OWN, HEXAHEDRA, OTHER_LAW = "own model", "hexahedral bird", "other equation of state"
 
@@ -150,18 +151,18 @@ def _ellipsoid(case: Case) -> Raw:
     return {"bird": {"shape": shape, "density": None, "mass": quantity_text(case.bird.actual_mass, "kg")}}
 
 
-def roles(drawn: Drawn, case: Case, shots: int = len(SHOTS), *, repeat: bool = False) -> dict[str, Case]:
+def roles(drawn: Drawn, case: Case, shots: int = len(SHOTS), *, own_baseline: bool = False) -> dict[str, Case]:
     """The simulations of a truth: shots, a repeat held out, a baseline, the first shot without effects, sensitivities.
 
-    repeat: with a baseline of the shots' own bird too, on a lattice of its own. `without` stands on the first shot's
+    own_baseline: also one of the shots' bird, on a lattice of its own. `without` stands on the first shot's
     own lattice, so that their difference is the effect's and nothing else; sensitivities, on the declared mesh, are
     needed only to remove from it what the parameters imitate.
     """
     found = {shot: truth_case(case, drawn, i, shot) for i, shot in enumerate(SHOTS[:shots])}
     found[HELDOUT] = truth_case(case, drawn, len(SHOTS), SHOTS[0])
     found[BASELINE] = truth_case(case, drawn, len(SHOTS) + 1, BASELINE)
-    if repeat:
-        found[REPEAT] = truth_case(case, drawn, len(SHOTS) + 2, REPEAT)
+    if own_baseline:
+        found[OWN_BASELINE] = truth_case(case, drawn, len(SHOTS) + 2, OWN_BASELINE)
     if drawn.effects:
         found[WITHOUT] = truth_case(case, drawn, 0, WITHOUT)
         for p in case.parameters():

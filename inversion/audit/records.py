@@ -22,8 +22,8 @@ from birdstrike.solver.case.case import load_case
 from birdstrike.solver.effects.registry import effects
 
 TRUTH, CURVES = ".truth.toml", ".curves"
-NO_BASELINE, OTHER_BIRD, SAME_BIRD = BASELINES = "none", "other", "same"
-"""Baselines of an experiment: none, one of another bird, of which nothing is said, or one of the shots' own bird."""
+NO_BASELINE, ANOTHER_BIRD, OWN_BIRD = BASELINES = "none", "another", "own"
+"""Baselines of an experiment: none, one of another bird, or one of the shots' own bird, which the case says."""
 KINDS = (CLEAN, SINGLE, PAIR, OUTSIDE)
 
 
@@ -40,10 +40,10 @@ class Experiment:
 
     @property
     def baseline_kind(self) -> str:
-        """One of BASELINES; of the same bird where the declared case says so."""
+        """One of BASELINES; of the shots' own bird where the declared case says that it is the same."""
         if self.baseline is None:
             return NO_BASELINE
-        return SAME_BIRD if load_case(self.case).diagnosis.baseline_bird == "same" else OTHER_BIRD
+        return OWN_BIRD if load_case(self.case).diagnosis.baseline_bird == "same" else ANOTHER_BIRD
 
 
 @dataclass(frozen=True)

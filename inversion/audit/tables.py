@@ -18,7 +18,7 @@ from scipy.stats import binomtest
 from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.draws import CLEAN, OUTSIDE, OWN, PAIR, SINGLE
-from birdstrike.inversion.audit.records import BASELINES, NO_BASELINE, OTHER_BIRD, SAME_BIRD
+from birdstrike.inversion.audit.records import ANOTHER_BIRD, BASELINES, NO_BASELINE, OWN_BIRD
 from birdstrike.inversion.audit.score import Score
 from birdstrike.inversion.diagnosis.hypotheses import PRIOR_ELSE, PRIOR_NONE, PRIOR_PAIRS
 
@@ -32,8 +32,8 @@ RANKS = {(False, False): (0.55, 0.80, 0.70), (True, False): (0.85, 0.97, 0.92), 
 """(several channels, several shots) -> first place, first three, first family; others are shown without a criterion."""
 OF_BASELINE = {
     NO_BASELINE: "without a baseline",
-    OTHER_BIRD: "with a baseline",
-    SAME_BIRD: "with a baseline of the same bird",
+    ANOTHER_BIRD: "with a baseline of another bird",
+    OWN_BIRD: "with a baseline of its own bird",
 }
 PRIOR = {CLEAN: PRIOR_NONE, PAIR: PRIOR_PAIRS, OUTSIDE: PRIOR_ELSE}
 
@@ -255,10 +255,13 @@ def _answer(s: Score) -> str:
 
 def lines(scores: Sequence[Score]) -> list[dict[str, Any]]:
     """One line a record."""
-    left_out = ("probabilities",)
-    return [
-        {key: value for key, value in vars(s).items() if key not in left_out} | {"excess": s.excess} for s in scores
-    ]
+    return [{key: value for key, value in vars(s).items() if key != "probabilities"} | _derived(s) for s in scores]
+
+
+def _derived(score: Score) -> dict[str, Any]:
+    """baseline: whether there is one; baseline_bird: one of BASELINES."""
+    has = score.baseline != NO_BASELINE
+    return {"baseline": has, "baseline_bird": score.baseline, "excess": score.excess}
 
 
 def table_name(score: Score) -> str:
@@ -271,7 +274,7 @@ def table_name(score: Score) -> str:
 
 
 def tables(scores: Sequence[Score], alpha: float) -> dict[str, dict[str, Any]]:
-    """A table for each number of channels and of shots, without and with a baseline, by each kind of truth."""
+    """A table for each number of channels and of shots, each kind of baseline and of truth."""
     groups: dict[str, list[Score]] = {}
     for one in sorted(
         scores, key=lambda s: (s.form != OWN, len(s.channels), s.shots, BASELINES.index(s.baseline), s.name)

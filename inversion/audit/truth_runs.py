@@ -1,8 +1,8 @@
 """Truths simulated through the run store, and the records that are made of them.
 
-All records of one truth share its simulations: with one and with all channels, of one and of three shots, without and
-with a baseline; each has noise of its own. Everything follows from the seed, so that a killed audit goes on where it
-stood; a truth whose simulation fails is drawn again.
+All records of one truth share its simulations: with one and with all channels, of one and of three shots, without a
+baseline, with one of another bird and of the shots' own; each has noise of its own. Everything follows from the seed,
+so that a killed audit goes on where it stood; a truth whose simulation fails is drawn again.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from birdstrike.inversion.audit.draws import (
     CLEAN,
     CLEAN_ROLES,
     HELDOUT,
+    OWN_BASELINE,
     PAIR,
-    REPEAT,
     SHOTS,
     SINGLE,
     SLOPE,
@@ -37,10 +37,10 @@ from birdstrike.inversion.audit.draws import (
     sensor_of,
 )
 from birdstrike.inversion.audit.records import (
+    ANOTHER_BIRD,
     CURVES,
     NO_BASELINE,
-    OTHER_BIRD,
-    SAME_BIRD,
+    OWN_BIRD,
     TRUTH,
     Truth,
     curves_text,
@@ -63,7 +63,7 @@ HEADER = (
 
 @dataclass(frozen=True)
 class Layout:
-    """What a record of a truth consists of; baseline: NO_BASELINE, OTHER_BIRD or SAME_BIRD."""
+    """What a record of a truth consists of; baseline: NO_BASELINE, ANOTHER_BIRD or OWN_BIRD."""
 
     channels: tuple[str, ...]
     shots: int
@@ -78,8 +78,8 @@ def layouts(case: Case) -> list[Layout]:
     names = tuple(case.sensors)
     sets = [names[:1]] if len(names) == 1 else [names[:1], names]
     shots = (1, len(SHOTS))
-    first = product(sets, shots, (NO_BASELINE, OTHER_BIRD))
-    return [Layout(*one) for one in (*first, *product(sets, shots, (SAME_BIRD,)))]
+    first = product(sets, shots, (NO_BASELINE, ANOTHER_BIRD))
+    return [Layout(*one) for one in (*first, *product(sets, shots, (OWN_BIRD,)))]
 
 
 def refuse_other_truths(case: Case, folder: Path, seed: int) -> None:
@@ -136,11 +136,10 @@ def _simulated(
 ) -> tuple[Drawn, dict[str, Histories]]:
     """A truth with all its simulations, drawn again until they succeed."""
     reason, shots = "", max(one.shots for one in wanted)
-    repeat = any(one.baseline == SAME_BIRD for one in wanted)
     for attempt in range(ATTEMPTS):
         drawn = draw(case, seed, number, forms, attempt)
         try:
-            cases = roles(drawn, case, shots, repeat=repeat)
+            cases = roles(drawn, case, shots, own_baseline=any(one.baseline == OWN_BIRD for one in wanted))
         except UserError as error:
             reason = str(error)
             continue
@@ -227,8 +226,10 @@ def _write(
 
 def _declared(case: Case, baseline: str = NO_BASELINE) -> str:
     """Text of the file of the declared case, with what is known of the baseline's bird."""
-    known = case.overlaid({"diagnosis": {"baseline_bird": "same"}}) if baseline == SAME_BIRD else case
-    return f"# Declared case of a virtual experiment.\n{case_toml(known)}"
+    known = "same" if baseline == OWN_BIRD else "auto"
+    if known != case.diagnosis.baseline_bird:
+        case = case.overlaid({"diagnosis": {"baseline_bird": known}})
+    return f"# Declared case of a virtual experiment.\n{case_toml(case)}"
 
 
 def _files(case: Case, layout: Layout) -> Iterator[tuple[str, str, tuple[str, ...]]]:
@@ -236,7 +237,7 @@ def _files(case: Case, layout: Layout) -> Iterator[tuple[str, str, tuple[str, ..
     for i, shot in enumerate(SHOTS[: layout.shots]):
         yield shot, f".{shot}.csv" if i else ".csv", layout.channels
     if layout.baseline != NO_BASELINE:
-        yield REPEAT if layout.baseline == SAME_BIRD else BASELINE, ".baseline.csv", layout.channels
+        yield OWN_BASELINE if layout.baseline == OWN_BIRD else BASELINE, ".baseline.csv", layout.channels
     yield HELDOUT, ".heldout.csv", tuple(case.sensors)
 
 

@@ -354,7 +354,11 @@ class Pipeline:
         close: Sequence[str],
     ) -> tuple[str, ...]:
         """The gravest first; close: why the likeliest effect is not attributed."""
-        found = [*self.warnings, *_left_out(setups_of(self.shots)), *self._baseline_warnings(ranking), *close]
+        found = [
+            f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's"
+            for label, reason in failed.items()
+        ]
+        found += [*self.warnings, *_left_out(setups_of(self.shots)), *self._baseline_warnings(ranking), *close]
         if chosen and next(one for one in figures if one.name == chosen).at_bound:
             found.append(
                 f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
@@ -372,8 +376,6 @@ class Pipeline:
             found += _prior_conflicts(shot, ranking, chosen or NONE)
         found += shells_of_a_file(unrefined_file(shot.setup.plan.case) for shot in self.shots)
         found += _lattices_lacking((*self.shots, *self.baselines.shots))
-        for label, reason in failed.items():
-            found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")
         for shot in self.shots:
             found += [f"{shot.name}: {line}" for line in shot.record.warnings]
         return tuple(found)

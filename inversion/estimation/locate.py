@@ -99,6 +99,7 @@ class Located:
     prior_predictive: PriorPredictive
     residual: ResidualCorrelation
     warnings: tuple[str, ...]
+    remarks: tuple[str, ...]
 
     @property
     def emulator(self) -> Emulator:
@@ -161,12 +162,10 @@ def locate(
         *(residual.warnings if found.inside else ()),
         *drifts,
         *_of_priors(coordinates, choice, dataset, modes[0]),
-        *observations.warnings,
-        *held,
-        *emulator_warnings(emulator, dataset),
     )
+    remarks = (*observations.warnings, *held, *emulator_warnings(emulator, dataset))
     calibration = Calibration(dataset, design, calibrator, modes, found.inside, posterior)
-    return Located(calibration, observations, origin, found, residual, warnings)
+    return Located(calibration, observations, origin, found, residual, warnings, remarks)
 
 
 def _of_priors(coordinates: Coordinates, choice: InversionOptions, dataset: Dataset, best: Mode) -> list[str]:

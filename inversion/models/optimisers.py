@@ -65,6 +65,8 @@ class Problem:
             found = self.residuals(self.values(place))
             self.size = len(found)
             error = float(np.sqrt(found @ found))
+            if not np.isfinite(error):
+                raise RunFailed("the simulation has readings that are no numbers")
             if self.best is None or error < self.best[0]:
                 self.best = (error, place)
         except RunFailed as failure:

@@ -10,6 +10,8 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from birdstrike.data.formatting import listing, many
 from birdstrike.inversion.models.ranking import misses
 from birdstrike.inversion.models.results import ModelAnswer
@@ -127,7 +129,7 @@ def _implausible(found: Sequence[Found]) -> str:
 
 def _poor(found: Sequence[Found]) -> str:
     q2 = [(float(met["q2"]), met["channel"], one.model) for one in found for met in Q2.finditer(one.found["channels"])]
-    worst, channel, model = min(q2)
+    worst, channel, model = min(q2, key=lambda one: -np.inf if np.isnan(one[0]) else one[0])
     return (
         f"left-out runs are predicted poorly by the {_emulators(found)}, in {many(len(q2), 'channel')} (worst: "
         f"{channel} with {model}, Q2 {worst:.2f}): such a channel carries that error as noise and counts for less in "
@@ -206,7 +208,7 @@ OVERRULED = (
 )
 BEYOND = r"(?P<before>\d+) points before and (?P<after>\d+) after the simulated record (?P<span>.*?) are left out"
 CHANNEL = r"(?P<channel>[^:]+?)"
-Q2 = re.compile(r"(?:^|, | and )(?P<channel>[^(]+?) \(Q2 (?P<q2>-?[\d.]+)\)")
+Q2 = re.compile(r"(?:^|, | and )(?P<channel>.+?) \(Q2 (?P<q2>[^)]+)\)")
 IMPLAUSIBLE_RECORD = re.compile(
     rf"^{CHANNEL} (?:lies beside the runs best|has the shape of the runs|has the opp)",
 )

@@ -19,7 +19,7 @@ from birdstrike.solver.effects.registry import effects
 
 CRITERIA = ("figure", "value", "95 % by bootstrap", "95 % Clopper-Pearson", "truths", "criterion", "met")
 EXPECTED = ((1, 1), (4, 1), (4, 3))
-"""(channels, shots) of the tables that the design asks for, without and with a baseline, by both kinds of truth."""
+"""(channels, shots) of the tables that the design asks for, of all kinds of baseline and of truth."""
 BARS = 40  # characters from 0 to 1 in the diagram in text
 
 Rows = tuple[tuple[str, ...], ...]

@@ -27,12 +27,17 @@ TITLES = {"elastic": "elastic", "plastic_kinematic": "plastic-kinematic", "hydro
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]*\w)", re.IGNORECASE)
 
 
-def merged(warnings: Sequence[str], runs: int) -> tuple[str, ...]:
-    """Warnings of several simulations, equal but for their numbers, as one: "83 .. 94 Pa s (2 of 9 simulations)"."""
-    alike: dict[str, list[str]] = {}
-    for text in warnings:
-        alike.setdefault(_NUMBER.sub("#", text), []).append(text)
-    return tuple(f"{_ranged(texts)} ({len(texts)} of {runs} simulations)" for texts in alike.values())
+def merged(runs: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """Warnings of several simulations, equal but for their numbers, as one: "83 .. 94 Pa s (2 of 9 simulations)".
+
+    Ordered by their mean place among the warnings of the runs that have them, so that the gravest stay first.
+    """
+    alike: dict[str, list[tuple[int, str]]] = {}
+    for own in runs:
+        for place, text in enumerate(own):
+            alike.setdefault(_NUMBER.sub("#", text), []).append((place, text))
+    ordered = sorted(alike.values(), key=lambda found: sum(place for place, _ in found) / len(found))
+    return tuple(f"{_ranged([t for _, t in found])} ({len(found)} of {len(runs)} simulations)" for found in ordered)
 
 
 def _ranged(texts: Sequence[str]) -> str:
@@ -118,8 +123,7 @@ class CampaignResults:
 def campaign_warnings(results: CampaignResults) -> tuple[str, ...]:
     """Failed simulations, and the warnings of the others."""
     failed = [f"{label} failed and is not used: {reason}" for label, reason in results.failures.items()]
-    own = [text for summary in results.summaries.values() for text in summary.get("warnings", [])]
-    return (*failed, *merged(own, len(results.summaries)))
+    return (*failed, *merged([summary.get("warnings", []) for summary in results.summaries.values()]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,7 +214,7 @@ class Results(CampaignResults, InversionResults):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the reader must know, the gravest first.
+        """What the reader must know, of each part the gravest first.
 
         Of the inversion, of failed simulations, of the simulations' own checks, and which shots have no curves here.
         """

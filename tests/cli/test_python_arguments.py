@@ -21,9 +21,9 @@ COARSE = {"bird.particles": 120, "plate.elements": [10, 8]}
         ({"step_factor": -1.0}, "step_factor = -1.0 is no number above 0"),
         ({"step_factor": float("nan")}, "step_factor = nan is no number above 0"),
         ({"step_factor": "half"}, "step_factor = 'half' is no number above 0"),
-        ({"threads": -2}, "threads = -2 is no whole number from 1 on"),
-        ({"threads": 0}, "threads = 0 is no whole number from 1 on"),
-        ({"threads": 2.5}, "threads = 2.5 is no whole number from 1 on"),
+        ({"threads": -2}, "threads = -2 is no whole number of at least 1"),
+        ({"threads": 0}, "threads = 0 is no whole number of at least 1"),
+        ({"threads": 2.5}, "threads = 2.5 is no whole number of at least 1"),
     ],
 )
 def test_a_simulation_refuses_a_step_or_threads_that_it_cannot_have(given: Mapping[str, Any], said: str) -> None:

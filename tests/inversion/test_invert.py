@@ -145,6 +145,18 @@ def test_network_answer_beyond_a_range_is_clipped_aloud(dataset: Dataset, emulat
     assert any(" outside what it was trained on" in w for w in found.warnings)
 
 
+def test_warnings_stand_the_gravest_first(dataset: Dataset, emulator: Emulator) -> None:
+    """No parameter is identified; then what the network lacks; then what was left out of the record."""
+    tall = record(truth((1.35, 0.5, 0.5, 0.5)), np.append(TIMES, 2.0 * TIMES[-1]))
+    found = invert(dataset, tall, forward, replace(OPTIONS, method="both"), emulator=emulator).inversion
+    places = [
+        next(i for i, line in enumerate(found.warnings) if words in line)
+        for words in ("No parameter is identified", "it extrapolates there", "left out of the fit")
+    ]
+    assert places[0] == 0
+    assert places == sorted(places)
+
+
 def test_bounded_network_names_what_it_never_saw_and_identifies_nothing(dataset: Dataset, emulator: Emulator) -> None:
     tall = record(truth((1.35, 0.5, 0.5, 0.5)))
     found = invert(dataset, tall, forward, replace(OPTIONS, method="network"), emulator=emulator).inversion

@@ -266,9 +266,9 @@ def test_a_campaign_that_no_record_uses_is_refused(doe: Path, measured: Path, tm
 @pytest.mark.parametrize(
     ("extras", "said"),
     [
-        ({"copies": -1}, "copies = -1 is no whole number from 0 on"),
-        ({"copies": 1.5}, "copies = 1.5 is no whole number from 0 on"),
-        ({"hidden": 0}, "hidden = 0 must be a whole number from 1 to 100"),
+        ({"copies": -1}, "copies = -1 is no whole number of at least 0"),
+        ({"copies": 1.5}, "copies = 1.5 is no whole number of at least 0"),
+        ({"hidden": 0}, "hidden = 0 is no whole number of at least 1"),
         ({"discrepancy": -0.02}, "discrepancy = -0.02 is outside 0 .. 1"),
         ({"discrepancy": "2 %"}, "discrepancy = '2 %' is outside 0 .. 1"),
         ({"discrepancy": float("nan")}, "discrepancy = nan is outside 0 .. 1"),

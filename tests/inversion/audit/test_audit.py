@@ -107,16 +107,16 @@ def test_a_record_that_cannot_be_diagnosed_is_counted_apart_and_tried_again_when
 
 def test_records_are_chosen_by_their_baseline(bench: Bench) -> None:
     made = find_experiments(bench.folder / "out" / "experiments")
-    kinds = {kind: [one.name for one in made if one.baseline_kind == kind] for kind in ("none", "other", "same")}
+    kinds = {kind: [one.name for one in made if one.baseline_kind == kind] for kind in ("none", "another", "own")}
     assert {kind: len(names) for kind, names in kinds.items()} == dict.fromkeys(kinds, 4)
-    with pytest.raises(UserError, match='--baseline "own" is unknown; available: none, other, same'):
-        run_audit(None, bench.folder / "out", make=1, baseline="own")
+    with pytest.raises(UserError, match='--baselines "same" is unknown; available: none, another, own'):
+        run_audit(None, bench.folder / "out", make=1, baselines="same")
     alone = bench.folder / "without"
     shutil.copytree(bench.folder / "out" / "experiments", alone)
-    for name in kinds["same"]:
+    for name in kinds["own"]:
         (alone / f"{name}.csv").unlink()
-    with pytest.raises(UserError, match="has 1 shot and a baseline of kind same"):
-        run_audit(alone, bench.folder / "answers", shots=1, baseline="same")
+    with pytest.raises(UserError, match="has 1 shot and --baselines own"):
+        run_audit(alone, bench.folder / "answers", shots=1, baselines="own")
 
 
 def test_experiments_of_ones_own_and_truths_to_be_made_exclude_each_other(tmp_path: Path) -> None:

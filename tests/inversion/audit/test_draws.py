@@ -15,8 +15,8 @@ from birdstrike.inversion.audit.draws import (
     OTHER_LAW,
     OUTSIDE,
     OWN,
+    OWN_BASELINE,
     PAIR,
-    REPEAT,
     SHARES,
     SINGLE,
     WITHOUT,
@@ -74,17 +74,17 @@ def test_every_truth_is_eight_times_finer_on_another_lattice_and_the_baseline_is
     case: Case, drawn: list[Drawn]
 ) -> None:
     one = one_of(drawn, SINGLE)
-    cases = roles(one, case, repeat=True)
-    for role in ("shot1", "shot2", "shot3", HELDOUT, BASELINE, REPEAT, WITHOUT):
+    cases = roles(one, case, own_baseline=True)
+    for role in ("shot1", "shot2", "shot3", HELDOUT, BASELINE, OWN_BASELINE, WITHOUT):
         found = cases[role]
         assert found.bird.particles >= 8 * case.bird.particles
         assert all(fine >= 2 * coarse for fine, coarse in zip(found.plate.elements, case.plate.elements, strict=True))
         assert found.bird.lattice != case.bird.lattice
         assert found.bird.jitter > 0.0
-    assert len({cases[role].bird.seed for role in ("shot1", "shot2", "shot3", HELDOUT, BASELINE, REPEAT)}) == 6
+    assert len({cases[role].bird.seed for role in ("shot1", "shot2", "shot3", HELDOUT, BASELINE, OWN_BASELINE)}) == 6
     assert cases[BASELINE].resolved() == cases[BASELINE]
-    assert cases[REPEAT].resolved() == cases[REPEAT]
-    assert cases[REPEAT].bird.material == cases["shot1"].bird.material != cases[BASELINE].bird.material
+    assert cases[OWN_BASELINE].resolved() == cases[OWN_BASELINE]
+    assert cases[OWN_BASELINE].bird.material == cases["shot1"].bird.material != cases[BASELINE].bird.material
     assert cases[WITHOUT].bird.seed == cases["shot1"].bird.seed
     assert cases["shot1"].canonical() != cases[WITHOUT].canonical()
 

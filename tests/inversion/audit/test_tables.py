@@ -146,12 +146,12 @@ def content(scores: list[Score], complete: bool) -> dict[str, Any]:
 
 
 def test_tables_are_by_channels_shots_baseline_and_form() -> None:
-    scores = [single(0), single(1, baseline="other"), single(2, shots=3), single(3, form="hexahedral bird")]
-    scores.append(single(4, baseline="same"))
+    scores = [single(0), single(1, baseline="another"), single(2, shots=3), single(3, form="hexahedral bird")]
+    scores.append(single(4, baseline="own"))
     assert list(tables(scores, 0.05)) == [
         "1 channel, 1 shot, without a baseline",
-        "1 channel, 1 shot, with a baseline",
-        "1 channel, 1 shot, with a baseline of the same bird",
+        "1 channel, 1 shot, with a baseline of another bird",
+        "1 channel, 1 shot, with a baseline of its own bird",
         "1 channel, 3 shots, without a baseline",
         "1 channel, 1 shot, without a baseline, truth by another model",
     ]

@@ -35,10 +35,10 @@ def test_a_known_minimum_is_found_and_every_simulation_counted(name: str) -> Non
     made: list[Mapping[str, float]] = []
     found = optimised(name, bowl(150, made))
     assert found.parameters == pytest.approx({"a": 3.0, "b": 0.2}, abs=0.05)
-    assert found.strikes == len({tuple(values.values()) for values in made}) <= 150
+    assert found.strikes == len(made) == len({tuple(values.values()) for values in made}) <= 150
     few: list[Mapping[str, float]] = []
     stopped = optimised(name, bowl(3, few))
-    assert stopped.strikes == len({tuple(values.values()) for values in few}) == 3
+    assert stopped.strikes == len(few) == len({tuple(values.values()) for values in few}) == 3
 
 
 def test_a_simulation_that_fails_is_no_minimum() -> None:
@@ -114,3 +114,13 @@ def test_least_squares_runs_beside_the_calibration(tmp_path: Path) -> None:
     (line,) = optimised_lines(found)
     assert line.startswith(f"murnaghan by least squares: error {other.weighted:.2f} times the noise with ")
     assert f"{other.strikes} simulations a shot ({other.ended}); the calibration's " in line
+
+
+def test_a_simulation_without_numbers_is_no_answer() -> None:
+    def residuals(values: Mapping[str, float]) -> np.ndarray:
+        return np.array([values["a"] - 0.9 if values["a"] < 0.95 else np.nan])
+
+    found = optimised("least_squares", Problem(("a",), lambda unit: unit, residuals, lambda _: None, 30))
+    assert found.parameters["a"] == pytest.approx(0.9, abs=0.05)
+    with pytest.raises(RunFailed, match="readings that are no numbers"):
+        optimised("least_squares", Problem(("a",), lambda unit: unit, lambda _: np.array([np.nan]), lambda _: None, 5))

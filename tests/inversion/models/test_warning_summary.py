@@ -30,6 +30,14 @@ def test_one_warning_for_all_models_and_channels_with_the_worst_named() -> None:
     assert late.startswith("60 points of 2 channels outside the simulated time (0 .. 2.5 ms)")
 
 
+def test_channels_of_a_shot_with_brackets_in_its_name_are_counted_and_one_without_a_q2_is_the_worst() -> None:
+    pair = POOR.replace("{} (Q2 {:.2f})", "force of shot (1) (Q2 0.31) and strain 1 of shot (2) (Q2 {:.2f})")
+    (told,) = summarised({"null": [pair.format(0.5)]})
+    assert "in 2 channels (worst: force of shot (1) with null, Q2 0.31)" in told
+    (told,) = summarised({"null": [pair.format(float("nan"))]})
+    assert "in 2 channels (worst: strain 1 of shot (2) with null, Q2 nan)" in told
+
+
 def test_a_residual_that_an_emulator_alone_leaves_is_not_called_what_the_model_lacks() -> None:
     """The model that made the records, at its constants 0.7 times the noise off, "lacked something"."""
     rest = (

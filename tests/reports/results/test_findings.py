@@ -18,7 +18,7 @@ from birdstrike.reports.page.page import report
 from birdstrike.reports.results.findings import findings, key_figures, percent
 from birdstrike.reports.results.measurement import origin, record_position, residual
 from birdstrike.reports.results.reading import read_results
-from birdstrike.reports.results.results import Results
+from birdstrike.reports.results.results import Results, merged
 from tests.diagnoses import effect, state, written_diagnosis
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, finished_folder
 
@@ -224,3 +224,13 @@ def test_the_emulators_own_error_is_named_with_the_noise(results: Results) -> No
         "too coarse to say whether the model can produce the whole curve; the emulator predicts strain (Q2 0.23) poorly"
     )
     assert said in findings(other)[3]
+
+
+def test_warnings_of_several_simulations_keep_the_order_of_each() -> None:
+    """The plate tore in the last run alone, and that is graver than what all of them have."""
+    shock = "the shock viscosity is {} Pa s"
+    runs = [[shock.format(83)], [shock.format(94)], ["the plate tore: 3 shells", shock.format(90)]]
+    assert merged(runs) == (
+        "the plate tore: 3 shells (1 of 3 simulations)",
+        "the shock viscosity is 83 .. 94 Pa s (3 of 3 simulations)",
+    )
