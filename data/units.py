@@ -217,7 +217,7 @@ def decimal_comma(text: str) -> str:
     return f'has a decimal comma; write "{whole}.{after}{rest}"{thousands}'
 
 
-def to_si(text: str, unit: str) -> float:
+def to_si(text: str | float, unit: str) -> float:
     """SI value of a quantity's text: to_si("10 mm", "m") is 0.01; raises UnitError naming the accepted units.
 
     From Python, a number is taken where the quantity is a pure number, and refused elsewhere.

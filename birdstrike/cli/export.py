@@ -81,6 +81,11 @@ def _refuse_results(out: str | Path) -> None:
         )
 
 
+def _folder(source: CaseSource) -> Path | None:
+    """The folder of results that is exported; None for a case."""
+    return Path(source) if isinstance(source, str | Path) and Path(source).is_dir() else None
+
+
 def _write_deck(
     source: CaseSource, out: str | Path, to: str, units: str, settings: Mapping[str, Any] | None
 ) -> WrittenDeck:
@@ -89,7 +94,7 @@ def _write_deck(
 
     _refuse_results(out)
     system = unit_system(units)
-    if isinstance(source, str | Path) and Path(source).is_dir():
+    if _folder(source) is not None:
         raise UserError(
             f"--deck writes the deck of a case, and {source} is a folder; give a case file, such as the one that a "
             "diagnosis leaves with its effect (case_after in diagnosis.json), or the inversion's case.toml"
@@ -110,20 +115,16 @@ def _write_cards(
     """Writes the birds' cards and those of the effects in a folder; how many effects."""
     from birdstrike.data.files import write_atomically
     from birdstrike.reports.export.effects import effect_lines, read_effects
-    from birdstrike.reports.export.exported import bird_of_case, read_export
+    from birdstrike.reports.export.exported import read_export
     from birdstrike.reports.export.lsdyna import write_lsdyna
     from birdstrike.reports.export.radioss import bird_file
-    from birdstrike.solver.case.case import as_case
 
     _refuse_results(out)
-    system, folder = unit_system(units), Path(source) if isinstance(source, str | Path) else None
-    if folder is None:
-        birds, found = bird_of_case(as_case(source, settings)), None
-    else:
-        if folder.is_dir() and settings:
-            raise UserError(f"--set changes a case, and {source} is a folder; leave it out, or give a case")
-        birds = read_export(folder, case, method, settings, model)
-        found = read_effects(folder, case) if folder.is_dir() else None
+    system, folder = unit_system(units), _folder(source)
+    if folder is not None and settings:
+        raise UserError(f"--set changes a case, and {source} is a folder; leave it out, or give a case")
+    birds = read_export(source, case, method, settings, model)
+    found = None if folder is None else read_effects(folder, case)
     lines = [] if found is None else effect_lines(found, system, to)
     if to == Target.lsdyna:
         write_lsdyna(Path(out), birds, system, lines)

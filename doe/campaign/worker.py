@@ -24,8 +24,8 @@ def worker_count(workers: int | None) -> int:
     """Processes at a time, all cores by default; raises UserError."""
     if workers is not None:
         refuse_not_whole("--workers", workers, "leave it out to use all cores")
-    if workers is not None and workers < 1:
-        raise UserError(f"--workers = {workers} is below 1; leave it out to use all cores")
+        if workers < 1:
+            raise UserError(f"--workers = {workers} is below 1; leave it out to use all cores")
     return workers or os.cpu_count() or 1
 
 

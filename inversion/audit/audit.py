@@ -90,18 +90,17 @@ def audit(
         raise UserError(f'--baselines "{baselines}" is unknown; available: {", ".join(BASELINES)}')
     if folder is not None and (make or forms):
         raise UserError(f"--experiments {folder} and --make exclude each other: truths are made in --out")
-    made = place / "experiments"
+    made, asked = place / "experiments", (channels, shots, baselines)
     if make or forms:
         declared = as_case(case)
         refuse_other_truths(declared, made, choice.seed)
-        asked = (channels, shots, baselines)
         wanted = tuple(one for one in layouts(declared) if _fits((len(one.channels), one.shots, one.baseline), asked))
         with Simulations(place / "truths", (), choice.workers, retry=choice.retry) as simulations:
             for count, other in ((make, False), (forms, True)):
                 if count:
                     make_experiments(declared, made, simulations.run, count, choice.seed, forms=other, wanted=wanted)
     source = made if folder is None else Path(folder)
-    found = [one for one in find_experiments(source) if _is_asked(one, channels, shots, baselines)]
+    found = [one for one in find_experiments(source) if _fits(_kind(one, baselines is not None), asked)]
     if not found:
         counts = [many(n, name) for n, name in ((channels, "channel"), (shots, "shot")) if n is not None]
         lacking = [*counts, *([f"--baselines {baselines}"] if baselines else [])]
@@ -120,10 +119,9 @@ def _refuse_counts(**counts: int | None) -> None:
             raise UserError(f"--{name.replace('_', '-')} = {count} is below {least}; {remedy}")
 
 
-def _is_asked(one: Experiment, channels: int | None, shots: int | None, baselines: str | None) -> bool:
-    """Whether a record has so many channels and shots, and such a baseline, as are asked for."""
-    kind = "" if baselines is None else one.baseline_kind
-    return _fits((len(read_measured(one.shots[0]).channels), len(one.shots), kind), (channels, shots, baselines))
+def _kind(one: Experiment, by_baseline: bool) -> tuple[int, int, str]:
+    """Number of channels, of shots, kind of baseline; its case is read only where one goes by that."""
+    return len(read_measured(one.shots[0]).channels), len(one.shots), one.baseline_kind if by_baseline else ""
 
 
 def _fits(kind: tuple[int, int, str], asked: tuple[int | None, int | None, str | None]) -> bool:

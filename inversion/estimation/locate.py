@@ -91,7 +91,10 @@ class InversionOptions:
 
 @dataclass(frozen=True)
 class Located:
-    """The measurement laid over the campaign: time origin, prior predictive check and residual."""
+    """The measurement laid over the campaign: time origin, prior predictive check and residual.
+
+    warnings: about the answer, the gravest first; remarks: what was left out or assumed of record and campaign.
+    """
 
     calibration: Calibration
     observations: Observations

@@ -85,9 +85,11 @@ def warnings_of(found: MeshConvergence) -> list[str]:
             "the bird erodes on some meshes only: they are different events, and no order of convergence holds"
         )
     entries = {name: entry for name, (_, entry, _) in found.scalars.items()}
-    for name, entry in entries.items():
-        if entry.behaviour in ("oscillating", "diverging"):
-            lines.append(f"{name} is {entry.behaviour}: no order, its uncertainty is the spread of the meshes")
+    unordered = {name: entry for name, entry in entries.items() if entry.behaviour in ("oscillating", "diverging")}
+    lines += [
+        f"{name} is {entry.behaviour}: no order, its uncertainty is the spread of the meshes"
+        for name, entry in unordered.items()
+    ]
     if kept := not_refined(found.meshes[0].case):
         lines.append(
             f"the deck has no place for {kept[0]}, which all meshes have alike: its share of the error is in neither "
@@ -100,7 +102,7 @@ def warnings_of(found: MeshConvergence) -> list[str]:
     if late:
         lines.append(f"{', '.join(late)} lies at time.end: lengthen time.end to see the peak itself")
     for name, entry in entries.items():
-        if entry.behaviour in ("oscillating", "diverging") or entry.order is None:
+        if name in unordered or entry.order is None:
             continue
         if abs(entry.order - (entry.limited_order or 0.0)) > 0.05:
             lines.append(

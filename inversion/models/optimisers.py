@@ -56,8 +56,9 @@ class Problem:
     def at(self, unit: Array) -> Array:
         """Residuals at a point in 0..1; a point counts once, and the best of those that finished is kept."""
         place = np.clip(unit, 0.0, 1.0)
-        if place.tobytes() in self.known:
-            return self.known[place.tobytes()]
+        key = place.tobytes()
+        if key in self.known:
+            return self.known[key]
         if self.points >= self.budget:
             raise _Spent
         self.points += 1
@@ -72,7 +73,7 @@ class Problem:
         except RunFailed as failure:
             self.failure = failure
             found = np.full(self.size, FAILED / np.sqrt(self.size))
-        self.known[place.tobytes()] = found
+        self.known[key] = found
         return found
 
 

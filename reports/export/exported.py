@@ -21,7 +21,7 @@ from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.estimates import Answer, Estimate
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.bird.materials.interface import BirdMaterial
-from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.case import Case, CaseSource, as_case, case_hash, load_case
 
 MATERIAL = "bird.material."
 COMPARED = ("elastic", "plastic_kinematic", "hydrodynamic")
@@ -47,7 +47,7 @@ class Export:
 
 
 def read_export(
-    target: str | Path,
+    target: CaseSource,
     case: str | Path | None = None,
     method: str = "best",
     settings: Mapping[str, Any] | None = None,
@@ -60,13 +60,15 @@ def read_export(
     first of its ranking where none is named. An inverted bird comes with the three that it is compared with. Raises
     UserError.
     """
+    if not isinstance(target, str | Path):
+        return _of_case(as_case(target, settings))
     folder = Path(target)
     if (chosen := chosen_model(folder, model)) is not None:
         if case is not None or method != "best":
             raise UserError(f"--case and --method are of inversions; a model of {chosen[0]} is chosen by --model alone")
         return _of_model(*chosen)
     if not folder.is_dir():
-        return bird_of_case(load_case(target, settings))
+        return _of_case(load_case(target, settings))
     path = next((p for p in (folder / "inversion.json", folder / "inversion" / "inversion.json") if p.is_file()), None)
     if path is None and (folder / "diagnosis.json").is_file():
         return _of_diagnosis(folder / "diagnosis.json", case)
@@ -188,8 +190,7 @@ def _estimate(one: Mapping[str, Any]) -> Estimate:
     return Estimate(one["value"], limits, one["unit"], one["identified"], "")
 
 
-def bird_of_case(case: Case) -> Export:
-    """The bird of a case, which no record has been inverted for."""
+def _of_case(case: Case) -> Export:
     bird = ExportedBird(case.name, case.bird.material, case.bird.actual_density, ("From the case; not inverted.",))
     return Export((bird,), (f"Case {case.name} ({case_hash(case)}): {_impact(case)}.",))
 

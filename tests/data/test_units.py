@@ -68,8 +68,8 @@ def test_what_is_no_length_is_refused_with_the_accepted_units(text: str) -> None
 
 def test_a_number_without_a_unit_is_refused_with_the_accepted_units() -> None:
     with pytest.raises(UnitError, match=r"8\.5 has no unit; accepted units: m, cm, mm, um, in"):
-        to_si(8.5, "m")  # pyright: ignore[reportArgumentType]
-    assert to_si(0.004, "") == 0.004  # pyright: ignore[reportArgumentType]
+        to_si(8.5, "m")
+    assert to_si(0.004, "") == 0.004
 
 
 def test_the_accepted_units_that_errors_name_are_accepted() -> None:
