@@ -62,7 +62,7 @@ def export(
     """
     _known(to)
     if deck:
-        return _write_deck(source, out, to, units, settings).files[0]
+        return _write_deck(source, out, to, units, case, method, settings, model).files[0]
     _write_cards(source, out, to, units, case, method, settings, model)
     return Path(out)
 
@@ -87,9 +87,17 @@ def _folder(source: CaseSource) -> Path | None:
 
 
 def _write_deck(
-    source: CaseSource, out: str | Path, to: str, units: str, settings: Mapping[str, Any] | None
+    source: CaseSource,
+    out: str | Path,
+    to: str,
+    units: str,
+    case: str | Path | None,
+    method: str,
+    settings: Mapping[str, Any] | None,
+    model: str,
 ) -> WrittenDeck:
     from birdstrike.reports.export.deck import write_deck
+    from birdstrike.reports.export.exported import refuse_choices
     from birdstrike.solver.case.case import as_case
 
     _refuse_results(out)
@@ -99,6 +107,7 @@ def _write_deck(
             f"--deck writes the deck of a case, and {source} is a folder; give a case file, such as the one that a "
             "diagnosis leaves with its effect (case_after in diagnosis.json), or the inversion's case.toml"
         )
+    refuse_choices(case, method, model)
     return write_deck(as_case(source, settings), Path(out), to, system)
 
 
@@ -183,7 +192,7 @@ def command(
     if deck:
         path = out or Path(f"{folder.stem}{'_0000.rad' if to == Target.radioss else '.k'}")
         with console.status("writing the deck"):
-            written = _write_deck(source, path, to.value, units, overrides(settings))
+            written = _write_deck(source, path, to.value, units, case, method.value, overrides(settings), model)
         for line in written.missing:
             say(line)
         files = [str(file) for file in written.files]

@@ -61,6 +61,7 @@ def read_export(
     UserError.
     """
     if not isinstance(target, str | Path):
+        refuse_choices(case, method, model)
         return _of_case(as_case(target, settings))
     folder = Path(target)
     if (chosen := chosen_model(folder, model)) is not None:
@@ -68,9 +69,12 @@ def read_export(
             raise UserError(f"--case and --method are of inversions; a model of {chosen[0]} is chosen by --model alone")
         return _of_model(*chosen)
     if not folder.is_dir():
+        refuse_choices(case, method)
         return _of_case(load_case(target, settings))
     path = next((p for p in (folder / "inversion.json", folder / "inversion" / "inversion.json") if p.is_file()), None)
     if path is None and (folder / "diagnosis.json").is_file():
+        if method != "best":
+            raise UserError(f"--method {method}: {folder} is of a diagnosis, which has one answer; leave it out")
         return _of_diagnosis(folder / "diagnosis.json", case)
     if path is None:
         maker = maker_of(folder)
@@ -96,6 +100,16 @@ def read_export(
     density = inverted.bird.actual_density
     first = ExportedBird("inverted", inverted.bird.material, density, tuple(_found(inversion, name)))
     return Export((first, *_compared(density)), source)
+
+
+def refuse_choices(case: str | Path | None, method: str, model: str = "") -> None:
+    """Raises UserError for options that choose from a folder of results, where a case is exported."""
+    given = {"--case": case, "--method": "" if method == "best" else method, "--model": model}
+    if wrong := [f"{option} {value}" for option, value in given.items() if value]:
+        raise UserError(
+            f"{listing(wrong)}: a case is exported, and {'these choose' if len(wrong) > 1 else 'this chooses'} from a "
+            "folder of results; leave it out, or give the folder of train-and-invert or calibrate-models"
+        )
 
 
 def _record(path: str) -> str:

@@ -308,6 +308,15 @@ def test_a_loaded_case_is_exported_as_its_file_is(deck: bool, tmp_path: Path) ->
         export(loaded, tmp_path / "other.rad", to="radioss", deck=deck, settings=SMALL)
 
 
+@pytest.mark.parametrize("deck", [True, False])
+@pytest.mark.parametrize("choice", [{"case": "demo"}, {"method": "emulator"}, {"model": "elastic"}])
+def test_a_case_leaves_nothing_to_choose(choice: dict[str, str], deck: bool, tmp_path: Path) -> None:
+    for source in ("demo_rig", load_case("demo_rig", SMALL)):
+        with pytest.raises(UserError, match=f"--{next(iter(choice))} .*folder of"):
+            export(source, tmp_path / "x.rad", to="radioss", deck=deck, **choice)
+    assert not [*tmp_path.iterdir()]
+
+
 def numbers(file: Path) -> list[str]:
     """Lines of a deck that hold constants and coordinates, no names."""
     found = [line for line in file.read_text(encoding="utf-8").splitlines() if line[:1] == " "]
@@ -392,6 +401,8 @@ def test_effects_of_a_diagnosis_are_cards_with_what_is_known_of_them(tmp_path: P
     assert float(blocks["PROP/SHELL"][0].cells(3, 10, 10, 20)[2]) == pytest.approx(10.2)
     assert blocks["MAT/COWPER"][0].floats(1, 1) == pytest.approx([2.83e-6])
     assert blocks["MAT/HYD_VISC"][0].floats(2, 1) == pytest.approx([420.0 / 938.0 * 1e3])
+    with pytest.raises(UserError, match="--method emulator: .* has one answer"):
+        export(tmp_path, tmp_path / "bird.k", method="emulator")
 
 
 def test_velocity_of_an_effect_is_along_the_impacts_direction(tmp_path: Path) -> None:
