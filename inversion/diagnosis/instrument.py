@@ -12,14 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.effects.effect import Effect
-from birdstrike.solver.effects.instrument import transducers
+from birdstrike.solver.effects.instrument import fault, transducers
 from birdstrike.solver.effects.registry import effects
-from birdstrike.solver.sensors.instrument import Instrument, delayed, low_pass
+from birdstrike.solver.sensors.instrument import delayed, low_pass
 
 WIDEST = 10.0  # plausible sizes that are looked for: these signatures are exact
 
@@ -94,14 +93,7 @@ def with_faults(case: Case, faults: Iterable[tuple[str, str, float]]) -> Case:
     """The case with faults of single sensors beside what it declares: sensor, name of the effect, magnitude [SI]."""
     table: dict[str, Raw] = {}
     for sensor, name, x in faults:
-        own = case.instrument.get(sensor, Instrument())
-        changed = {
-            "sensor_gain": {"gain": own.gain * (1.0 + x)},
-            "time_offset": {"time_offset": quantity_text(own.time_offset + x, "s")},
-            "sensor_drift": {"drift": quantity_text(own.drift + x, "m/s")},
-            "sensor_bandwidth": {"bandwidth": quantity_text(1.0 / (2.0 * np.pi * max(x, 1e-9)), "1/s")},
-        }[name]
-        table.setdefault(sensor, {}).update(changed)
+        table.setdefault(sensor, {}).update(fault(case, name, x, sensor))
     return case.overlaid({"instrument": table}) if table else case
 
 

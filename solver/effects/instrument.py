@@ -7,6 +7,7 @@ has none, gain and bandwidth are those of all its sensors.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from birdstrike.data.units import quantity_text
@@ -22,32 +23,45 @@ def transducers(case: Declared) -> tuple[str, ...]:
     return found or tuple(case.sensors)
 
 
-def _set(case: Declared, names: tuple[str, ...], key: str, value: Any) -> Table:
-    """One key of several instruments; value: from the instrument that the case declares."""
-    own = {name: case.instrument.get(name, Instrument()) for name in names}
-    return {"instrument": {name: {key: value(instrument)} for name, instrument in own.items()}}
+def fault(case: Declared, name: str, x: float, sensor: str) -> dict[str, Any]:
+    """Settings of one sensor's instrument with a fault of magnitude x [SI] beside what the case declares of it."""
+    return _FAULTS[name](case.instrument.get(sensor, Instrument()), x)
 
 
-def _time_offset(case: Declared, x: float) -> Table:
-    return _set(case, tuple(case.sensors), "time_offset", lambda own: quantity_text(own.time_offset + x, "s"))
+def _faulty(case: Declared, name: str, x: float, sensors: Iterable[str]) -> Table:
+    found = {sensor: settings for sensor in sensors if (settings := fault(case, name, x, sensor))}
+    return {"instrument": found} if found else {}
 
 
-def _gain(case: Declared, x: float) -> Table:
-    return _set(case, transducers(case), "gain", lambda own: own.gain * (1.0 + x))
+def _late(own: Instrument, x: float) -> dict[str, Any]:
+    return {"time_offset": quantity_text(own.time_offset + x, "s")}
 
 
-def _bandwidth(case: Declared, x: float) -> Table:
+def _gain(own: Instrument, x: float) -> dict[str, Any]:
+    return {"gain": own.gain * (1.0 + x)}
+
+
+def _slow(own: Instrument, x: float) -> dict[str, Any]:
     """Time constants add: a first-order low-pass of 1/(2 pi tau)."""
-
-    def passed(own: Instrument) -> str:
-        tau = x + (0.0 if own.bandwidth is None else 1.0 / (2.0 * math.pi * own.bandwidth))
-        return quantity_text(1.0 / (2.0 * math.pi * tau), "1/s")
-
-    return _set(case, transducers(case), "bandwidth", passed) if x > 0.0 else {}
+    if x <= 0.0:
+        return {}
+    tau = x + (0.0 if own.bandwidth is None else 1.0 / (2.0 * math.pi * own.bandwidth))
+    return {"bandwidth": quantity_text(1.0 / (2.0 * math.pi * tau), "1/s")}
 
 
-def _drift(case: Declared, x: float) -> Table:
-    return _set(case, transducers(case), "drift", lambda own: quantity_text(own.drift + x, "m/s"))
+def _drifting(own: Instrument, x: float) -> dict[str, Any]:
+    return {"drift": quantity_text(own.drift + x, "m/s")}
+
+
+_FAULTS = {"time_offset": _late, "sensor_gain": _gain, "sensor_bandwidth": _slow, "sensor_drift": _drifting}
+
+
+def _of_all(name: str) -> Callable[[Declared, float], Table]:
+    return lambda case, x: _faulty(case, name, x, case.sensors)
+
+
+def _of_transducers(name: str) -> Callable[[Declared, float], Table]:
+    return lambda case, x: _faulty(case, name, x, transducers(case))
 
 
 def _no_displacement(case: Declared) -> str:
@@ -61,7 +75,7 @@ INSTRUMENT = (
         "time_offset",
         "a record that starts late or early",
         "s",
-        _time_offset,
+        _of_all("time_offset"),
         lambda _: 2e-5,
         group=GROUP,
         source="trigger delay, common to all sensors; above 0 the record is late",
@@ -70,7 +84,7 @@ INSTRUMENT = (
         "sensor_gain",
         "a displacement transducer with another gain",
         "",
-        _gain,
+        _of_transducers("sensor_gain"),
         lambda _: 0.03,
         lambda _: -0.99,
         group=GROUP,
@@ -80,7 +94,7 @@ INSTRUMENT = (
         "sensor_bandwidth",
         "a displacement transducer that is too slow",
         "s",
-        _bandwidth,
+        _of_transducers("sensor_bandwidth"),
         lambda _: 3e-5,
         lambda _: 0.0,
         group=GROUP,
@@ -91,7 +105,7 @@ INSTRUMENT = (
         "sensor_drift",
         "a displacement transducer that drifts",
         "m/s",
-        _drift,
+        _of_transducers("sensor_drift"),
         lambda _: 0.1,
         refuses=_no_displacement,
         group=GROUP,

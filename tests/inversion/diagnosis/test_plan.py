@@ -14,7 +14,7 @@ from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.effects import Effect, register, unregister
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
 from birdstrike.inversion.diagnosis.hypotheses import Suspect, family_of, hypotheses
-from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature
+from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature, with_faults
 from birdstrike.inversion.diagnosis.plan import Block, Known, candidates, library, make_plan, two_level, with_probes
 from birdstrike.inversion.diagnosis.responses import learn_responses
 from birdstrike.inversion.diagnosis.setup import unpredictable
@@ -196,6 +196,19 @@ def test_a_signature_is_the_slope_of_what_the_instrument_does(name: str, h: floa
     slope, bent = high - low, np.abs(high - 2.0 * middle + low).max()
     error = np.abs(signature(name, FAULTS[name], TIME, CURVE, h) - slope)[5:-5].max()
     assert error < 0.02 * np.abs(slope).max() + (bent if h == 0.0 else 0.0)
+
+
+def test_a_slow_sensor_is_written_into_the_case_beside_the_bandwidth_that_it_declares() -> None:
+    """Time constants add, for one sensor as for all."""
+    sensor = "displacement_centre"
+    case = load_case("virtual_strike", {f"instrument.{sensor}.bandwidth": "10 kHz"})
+    tau = 3e-5 + 1.0 / (2.0 * np.pi * 10e3)
+    for slow in (
+        with_faults(case, [(sensor, "sensor_bandwidth", 3e-5)]),
+        case.with_effects({"sensor_bandwidth": 3e-5}),
+    ):
+        assert slow.instrument[sensor].bandwidth == pytest.approx(1.0 / (2.0 * np.pi * tau))
+    assert with_faults(case, [(sensor, "sensor_bandwidth", 0.0)]).instrument[sensor].bandwidth == pytest.approx(10e3)
 
 
 def test_a_record_that_is_early_goes_on_straight_beyond_the_simulation() -> None:

@@ -312,7 +312,7 @@ def test_a_loaded_case_is_exported_as_its_file_is(deck: bool, tmp_path: Path) ->
 @pytest.mark.parametrize("choice", [{"case": "demo"}, {"method": "emulator"}, {"model": "elastic"}])
 def test_a_case_leaves_nothing_to_choose(choice: dict[str, str], deck: bool, tmp_path: Path) -> None:
     for source in ("demo_rig", load_case("demo_rig", SMALL)):
-        with pytest.raises(UserError, match=f"--{next(iter(choice))} .*folder of"):
+        with pytest.raises(UserError, match=rf"--{next(iter(choice))} .*folder of"):
             export(source, tmp_path / "x.rad", to="radioss", deck=deck, **choice)
     assert not [*tmp_path.iterdir()]
 
@@ -401,7 +401,7 @@ def test_effects_of_a_diagnosis_are_cards_with_what_is_known_of_them(tmp_path: P
     assert float(blocks["PROP/SHELL"][0].cells(3, 10, 10, 20)[2]) == pytest.approx(10.2)
     assert blocks["MAT/COWPER"][0].floats(1, 1) == pytest.approx([2.83e-6])
     assert blocks["MAT/HYD_VISC"][0].floats(2, 1) == pytest.approx([420.0 / 938.0 * 1e3])
-    with pytest.raises(UserError, match="--method emulator: .* has one answer"):
+    with pytest.raises(UserError, match=r"--method emulator: .* has one answer"):
         export(tmp_path, tmp_path / "bird.k", method="emulator")
 
 
