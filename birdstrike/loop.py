@@ -14,7 +14,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import fills_out
 from birdstrike.data.paths import resolve_measured
 from birdstrike.data.progress import Display, Progress, no_display
-from birdstrike.stages import Ledger, Stage, digest, inputs_of_diagnosis, run_stages, source_digest
+from birdstrike.stages import Ledger, Stage, digest, inputs_of_diagnosis, run_stages
 
 if TYPE_CHECKING:
     from birdstrike.doe.campaign.runner import RunCounts
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case, CaseSource
 
 
+SHOWN = (".json", ".csv", ".toml")
+"""Endings of the files in the folders of a loop that its report shows."""
 PLANNED = 0.8  # of a diagnosis' progress: its planned simulations; those at the fits follow
 
 
@@ -238,6 +240,7 @@ def _failures_retried(plan: LoopPlan, folder: Path) -> bool:
 
 def _campaign_inputs(plan: LoopPlan) -> Mapping[str, Any]:
     from birdstrike.doe.solvers import solver_for
+    from birdstrike.solver.version import code_of
 
     return {
         "case": plan.case.model_dump(mode="json"),
@@ -246,7 +249,7 @@ def _campaign_inputs(plan: LoopPlan) -> Mapping[str, Any]:
         "values": plan.design.values,
         "numbers": plan.design.numbers,
         "solver": solver_for(plan.case).version,
-        "code": source_digest("doe"),
+        "code": code_of("doe"),
     }
 
 
@@ -287,6 +290,7 @@ def _hand_over(plan: LoopPlan) -> None:
 
 def _inversion_inputs(plan: LoopPlan) -> Mapping[str, Any]:
     from birdstrike.doe.solvers import solver_for
+    from birdstrike.solver.version import code_of
 
     return {
         "solver": solver_for(plan.case).version,
@@ -296,7 +300,7 @@ def _inversion_inputs(plan: LoopPlan) -> Mapping[str, Any]:
         "name": plan.measured.name,
         "trainer": plan.trainer,
         "seed": plan.seed,
-        "code": source_digest("surrogate", "inversion"),
+        "code": code_of("inversion"),
         **({"channels": plan.channels} if plan.channels else {}),
         **({"case": plan.case.model_dump(mode="json")} if plan.adopted else {}),
     }
@@ -384,9 +388,11 @@ def onwards(progress: Progress) -> Callable[[RunCounts], None]:
 
 
 def _report_inputs(plan: LoopPlan) -> Mapping[str, Any]:
-    made = [plan.doe / "summary.json", plan.inversion / "inversion.json", plan.inversion / "verification.csv"]
-    made += [plan.diagnosis / "diagnosis.json"] if plan.diagnosed else []
-    return {"made": digest(*made), "code": source_digest("reports")}
+    from birdstrike.solver.version import code_of
+
+    folders = [plan.doe, plan.inversion, *([plan.diagnosis] if plan.diagnosed else []), plan.out / "comparison"]
+    shown = [path for folder in folders for path in sorted(folder.glob("*")) if path.suffix in SHOWN]
+    return {"made": [(path.name, digest(path)) for path in shown], "code": code_of("reports")}
 
 
 def _report(plan: LoopPlan, progress: Progress) -> None:

@@ -16,8 +16,6 @@ from birdstrike.data.progress import Display, Progress, no_display
 if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case
 
-PACKAGE = Path(__file__).parent
-SOURCES = (".py", ".j2")
 STILL_VALID = "still valid"  # ends the heading of a stage that is not done again
 
 
@@ -96,18 +94,13 @@ def digest(*files: Path) -> str:
     return whole.hexdigest()
 
 
-def source_digest(*packages: str) -> str:
-    """SHA-256 over the sources of birdstrike's packages: another version of the code makes its results stale."""
-    files = (path for package in packages for path in sorted((PACKAGE / package).rglob("*")))
-    return digest(*(path for path in files if path.suffix in SOURCES))
-
-
 def effects_digest() -> str:
     """SHA-256 over the effects of the library, of installed packages and of one's own: their data and their sources."""
     from birdstrike.solver.effects.registry import effects  # late: it brings in pydantic
     from birdstrike.solver.sources import digest_of_function
+    from birdstrike.solver.version import SOLVER_VERSION
 
-    whole = hashlib.sha256(source_digest("solver/effects").encode())
+    whole = hashlib.sha256(SOLVER_VERSION.encode())
     for name, effect in effects().items():
         whole.update(f"{name} {effect.unit} {effect.meaning} {effect.group}".encode())
         functions = (effect.change, effect.size, effect.least, effect.refuses, effect.places, effect.alone)
@@ -119,6 +112,7 @@ def effects_digest() -> str:
 def inputs_of_diagnosis(cases: Iterable[Case], records: Iterable[Path], **told: Any) -> dict[str, Any]:
     """All that changes a diagnosis: cases, solver, effects, records by content and name, code, and what it was told."""
     from birdstrike.doe.solvers import solver_for  # late: it brings in the solver
+    from birdstrike.solver.version import code_of
 
     listed = list(cases)
     return {
@@ -127,5 +121,5 @@ def inputs_of_diagnosis(cases: Iterable[Case], records: Iterable[Path], **told: 
         "solvers": [solver_for(one).version for one in listed],
         "records": [(path.name, digest(path)) for path in records if path.is_file()],
         "effects": effects_digest(),
-        "code": source_digest("surrogate", "inversion", "doe"),
+        "code": code_of("inversion"),
     }

@@ -61,6 +61,17 @@ def write_json(path: Path, content: Mapping[str, Any], schema_version: int = 1) 
     write_atomically(path, json.dumps(plain(whole), indent=2, allow_nan=False) + "\n")
 
 
+def withdraw(folder: Path, *patterns: str) -> None:
+    """Remove the files of an earlier result before any of them is replaced, in the order of their patterns.
+
+    The file by which the result is known stands first, and is written last: what an interruption leaves is no result,
+    rather than one beside files of another.
+    """
+    for pattern in patterns:
+        for path in folder.glob(pattern):
+            path.unlink(missing_ok=True)
+
+
 def read_json(path: Path) -> dict[str, Any]:
     """A JSON object, {} where the file does not exist; raises UserError for a damaged one."""
     if not path.exists():

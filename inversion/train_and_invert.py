@@ -22,7 +22,7 @@ from birdstrike.data.curves import (
 )
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError, refuse_not_whole
-from birdstrike.data.files import read_json, write_json
+from birdstrike.data.files import read_json, withdraw, write_json
 from birdstrike.data.formatting import many, quantity
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.out_folder import fills_out
@@ -192,11 +192,12 @@ def train_and_invert(
     refuse_twice([("--measured", shot.measured) for shot in shots])
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
     outcome, dataset, record = inverted(shots, more, lambda f: report(share + (1.0 - share) * f))
+    withdraw(folder, "inversion.json", "network.npz", TRAINING_FILE, DRAWS_FILE, "verified_*.csv")
     if shots[0].case is not None:
         copy_case(shots[0].case, folder)
-    write(folder, outcome, dataset, record)
     asked = {"trainer": trainer, "method": method, "seed": seed, "allow_rank_deficient": allow_rank_deficient}
     write_json(folder / OPTIONS_FILE, asked | _sources(folders, pairs) | {"extras": asdict(more)})
+    _write(folder, outcome, dataset, record)
     return outcome.inversion
 
 
@@ -433,13 +434,9 @@ def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -
     )
 
 
-def write(folder: Path, outcome: InversionOutcome, dataset: Dataset, measured: Measured) -> None:
-    """All files of an inversion; the JSON last, so that its presence means the rest is there and is of this answer."""
-    folder.mkdir(parents=True, exist_ok=True)
+def _write(folder: Path, outcome: InversionOutcome, dataset: Dataset, measured: Measured) -> None:
+    """All files of an answer; the JSON last, so that its presence means the rest is there and is of this answer."""
     inversion = outcome.inversion
-    earlier = ("inversion.json", "network.npz", TRAINING_FILE, DRAWS_FILE)  # not each answer has all of them
-    for path in (*(folder / name for name in earlier), *folder.glob("verified_*.csv")):
-        path.unlink(missing_ok=True)
     save_emulator(folder / "emulator.npz", outcome.emulator, dataset)
     if outcome.network is not None:
         save_network(folder / "network.npz", outcome.network.network)

@@ -1,10 +1,13 @@
-"""The solver's version: a digest of every source file that can change a history.
+"""The solver's version: a digest of every source file that can change a history; and that of a layer above it.
 
-Left out is what computes none: `reference/`, `estimate.py` and the files of a case that only read, check or word it.
+Left out of the first is what computes none: `reference/`, `estimate.py` and the files of a case that only read, check
+or word it.
 """
 
 from __future__ import annotations
 
+import hashlib
+from functools import cache
 from pathlib import Path
 
 from birdstrike.solver.sources import digest_files
@@ -39,3 +42,19 @@ def counts(name: str) -> bool:
 
 
 SOLVER_VERSION = digest_sources()
+
+LAYERS = ("data", "doe", "surrogate", "inversion", "reports")
+"""Beside the solver, the lower one first: a layer imports those before it."""
+SOURCES = (".py", ".j2", ".js", ".css")
+
+
+@cache
+def code_of(layer: str) -> str:
+    """First 12 hex digits of SHA-256 over the code that makes a layer's results: its own and all below it.
+
+    A result that was made by other code is stale. layer: one of LAYERS; the solver counts by its version.
+    """
+    root = HERE.parent
+    folders = [root / name for name in LAYERS[: LAYERS.index(layer) + 1]]
+    files = (path for folder in folders for path in folder.rglob("*") if path.suffix in SOURCES)
+    return hashlib.sha256(f"{SOLVER_VERSION} {digest_files(root, files)}".encode()).hexdigest()[:12]

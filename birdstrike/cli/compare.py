@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_text
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -37,27 +36,32 @@ def compare(
     curves are called. Our run is made once for a folder. Raises UserError.
     """
     from birdstrike.data.curves import write_histories
-    from birdstrike.data.files import write_json
+    from birdstrike.data.files import withdraw, write_json
     from birdstrike.data.out_folder import reserved
+    from birdstrike.doe.solvers import solver_for
     from birdstrike.reports.comparison.other_code import curve_pairs, remarks
     from birdstrike.reports.page.other_code import write_comparison_page
     from birdstrike.solver.case.case import as_case, case_hash
-    from birdstrike.solver.version import SOLVER_VERSION
 
     loaded, folder = as_case(case, settings), Path(out)
     files = [histories] if isinstance(histories, str | Path) else list(histories)
     other, missing = _theirs(files, deck)
     with reserved(folder, "compare"):
-        key = {"case_hash": case_hash(loaded), "solver_version": SOLVER_VERSION}
-        ours = _ours(loaded, folder, key, progress)
+        ours = _ours(loaded, folder, progress)
         pairs = curve_pairs(ours, other)
         absent = [f"{name} has no curve of {theirs}" for name in ours.channels if name not in other.channels]
         missing = [*missing, *(line for line in absent if not any(line.split()[0] in said for said in missing))]
-        folder.mkdir(parents=True, exist_ok=True)
+        withdraw(folder, ANSWER, PAGE)
         write_histories(folder / OURS, ours)
         write_histories(folder / THEIRS, other)
         told = remarks(pairs, ours)
-        answer = {**key, "theirs": theirs, "sensors": {pair.name: pair.figures() for pair in pairs}, "missing": missing}
+        made = {"case_hash": case_hash(loaded), "solver_version": solver_for(loaded).version}
+        answer = {
+            **made,
+            "theirs": theirs,
+            "sensors": {pair.name: pair.figures() for pair in pairs},
+            "missing": missing,
+        }
         answer["warnings"] = told
         not_compared = [f"{line}: not compared" for line in missing]
         write_comparison_page(folder / PAGE, loaded.name, theirs, pairs, files, [*told, *not_compared])
@@ -100,18 +104,13 @@ def _by_name(path: Path) -> Histories:
     return Histories(record.time, dict(record.channels), dict(record.units))
 
 
-def _ours(case: Case, folder: Path, key: Mapping[str, str], progress: Progress | None) -> Histories:
-    """Our run; that of the folder where it is of the same case and solver."""
-    from birdstrike.data.curves import read_histories
-    from birdstrike.doe.solvers import solver_for
+def _ours(case: Case, folder: Path, progress: Progress | None) -> Histories:
+    """Our run, once for a folder; one that failed is tried again. Raises RunFailed."""
+    from birdstrike.data.store import RunStore
+    from birdstrike.doe.campaign.run import retry_before
+    from birdstrike.inversion.forward import StoredSolver
 
-    try:
-        before = json_text.loads((folder / ANSWER).read_text(encoding="utf-8"))
-        if all(before[name] == value for name, value in key.items()):
-            return read_histories(folder / OURS)
-    except (OSError, ValueError, KeyError, TypeError):
-        pass
-    return solver_for(case).simulate(case, step_factor=1.0, threads=case.solver.threads, progress=progress)
+    return StoredSolver(case, RunStore(folder / "runs"), progress=progress, retry=retry_before(True))({})
 
 
 @framed

@@ -68,7 +68,7 @@ def converge(
 
 def _write(out: Path, case: Case, ratio: float, found: MeshConvergence) -> None:
     from birdstrike.data.curves import write_histories
-    from birdstrike.data.files import whole_file, write_json
+    from birdstrike.data.files import whole_file, withdraw, write_json
     from birdstrike.doe.solvers import solver_for
     from birdstrike.inversion.mesh_convergence.files import as_json, curves_of
     from birdstrike.reports.figures.convergence import convergence_figure
@@ -81,6 +81,7 @@ def _write(out: Path, case: Case, ratio: float, found: MeshConvergence) -> None:
         "solver_version": solver_for(case).version,
         "ratio": ratio,
     }
+    withdraw(out, "convergence.json")
     write_histories(out / "convergence.csv", curves_of(found))
     with whole_file(out / "convergence.png") as temporary:
         temporary.write_bytes(png(convergence_figure(found)))

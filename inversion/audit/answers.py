@@ -6,51 +6,41 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import birdstrike.inversion
-import birdstrike.surrogate
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MachineFailure, RunFailed, UserError
-from birdstrike.data.files import write_json
+from birdstrike.data.files import plain, write_json
+from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion.audit.draws import BASELINE, SHOTS
 from birdstrike.inversion.audit.records import Experiment, read_truth
 from birdstrike.inversion.diagnosis.diagnose import diagnose
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.solver.case.case import case_hash, load_case
-from birdstrike.solver.version import SOLVER_VERSION
+from birdstrike.solver.version import code_of
 
 STATED = ("time", "sigma", "error")  # columns of the answer's curves from which the signal is measured
-SOURCES = ("diagnosis", "estimation", "observations", "results")
-"""Folders of `inversion` whose code makes an answer."""
-
-
-@cache
-def code_digest() -> str:
-    """First 16 hex digits of SHA-256 of the sources by which an answer is made, beside the solver's own version."""
-    found = hashlib.sha256(SOLVER_VERSION.encode())
-    inversion = Path(next(iter(birdstrike.inversion.__path__)))
-    for folder in (*(inversion / name for name in SOURCES), Path(next(iter(birdstrike.surrogate.__path__)))):
-        for path in sorted(folder.rglob("*.py"), key=lambda p: p.relative_to(folder).as_posix()):
-            found.update(path.relative_to(folder).as_posix().encode())
-            found.update(path.read_bytes().replace(b"\r\n", b"\n"))
-    return found.hexdigest()[:16]
 
 
 def answer_key(experiment: Experiment, options: DiagnosisOptions, noise: int) -> str:
-    """What an answer depends on, as 16 hex digits."""
-    chosen = (options.alpha, options.seed, options.runs, options.check)
-    scales = (options.magnitude_scale, options.remainder_scale, options.parameter_length)
-    files = [path for path in (experiment.case, *experiment.shots, experiment.baseline, experiment.heldout) if path]
-    if noise:  # drawn on the truth's own curve
-        files.append(experiment.truth)
-    parts = [code_digest(), repr((*chosen, *scales, noise)), *(path.read_text(encoding="utf-8") for path in files)]
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
+    """What an answer depends on, as 16 hex digits: its records, the whole case, options and code."""
+    case = load_case(experiment.case)
+    files = [path for path in (*experiment.shots, experiment.baseline, experiment.heldout) if path]
+    content = {
+        "case": case.model_dump(mode="json"),
+        "canonical": case.canonical(),
+        "solver": solver_for(case).version,
+        "options": options.choices(),
+        "noise": noise,
+        "drawn_on": read_truth(experiment.truth).curves if noise else {},
+        "files": [(path.name, hashlib.sha256(path.read_bytes()).hexdigest()) for path in files],
+        "code": code_of("inversion"),
+    }
+    return hashlib.sha256(json.dumps(plain(content), sort_keys=True).encode()).hexdigest()[:16]
 
 
 def answered(experiment: Experiment, place: Path, options: DiagnosisOptions, noise: int = 0) -> dict[str, Any]:

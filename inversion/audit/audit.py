@@ -21,7 +21,7 @@ from birdstrike.data.progress import Progress, no_display, silent
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations, uncounted
 from birdstrike.doe.campaign.worker import process_pool, worker_count
-from birdstrike.inversion.audit.answers import answered, code_digest
+from birdstrike.inversion.audit.answers import answered
 from birdstrike.inversion.audit.records import (
     BASELINES,
     Experiment,
@@ -35,7 +35,7 @@ from birdstrike.inversion.audit.truth_runs import layouts, make_experiments, ref
 from birdstrike.inversion.diagnosis.diagnose import refuse_alpha
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
 from birdstrike.solver.case.case import Case, as_case, case_hash, load_case
-from birdstrike.solver.version import SOLVER_VERSION
+from birdstrike.solver.version import SOLVER_VERSION, code_of
 
 CASE = "audit_strike"
 """A coarse case of four sensors: the criteria are stated for one and for four channels."""
@@ -210,7 +210,7 @@ def _written(
         "confirmed": options.check,
         "command": command,
         "date": f"{datetime.now(UTC):%Y-%m-%d}",
-        "code": code_digest(),
+        "code": code_of("inversion"),
         "solver_version": SOLVER_VERSION,
         "machine": platform.platform(),
         "tables": found,

@@ -29,7 +29,6 @@ from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.diagnosis_files import baseline_file, case_files, write
 from birdstrike.solver.case.case import Case, CaseSource, Parameter, as_case, case_hash
-from birdstrike.solver.case.write import copy_case
 
 RecordLike = str | Path | Measured
 REFINED_AT_ONCE = 5  # runs, before the emulator is fitted anew
@@ -117,13 +116,10 @@ def diagnose(
             pipeline, refinement = refined(setups, prepared, simulations, choice, progress)
         held = None if other is None else read_shot("held out", pipeline.shots[0].setup, other)
         found = pipeline.diagnosis(refinement, held)
-    for i, (name, one) in enumerate(zip(case_files([one.name for one in shots]), shots, strict=True)):
-        copy_case(one.case, folder, name, f"{Path(name).stem}/" if i else "")
-    for one in clean:
-        name = baseline_file(one.name)
-        copy_case(one.case, folder, name, f"{Path(name).stem}/")
+    cases = dict(zip(case_files([one.name for one in shots]), (one.case for one in shots), strict=True))
+    cases |= {baseline_file(one.name): one.case for one in clean}
     others = [*(one.record for one in clean), *([] if other is None else [other])]
-    return write(replace(found, record=described(shots, others)), folder)
+    return write(replace(found, record=described(shots, others)), folder, cases)
 
 
 def refuse_alpha(alpha: float) -> None:

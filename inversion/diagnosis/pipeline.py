@@ -104,6 +104,14 @@ class DiagnosisOptions:
     baseline_bird: str = AUTO
     refine: int | str = REFINE_AUTO
 
+    def choices(self) -> dict[str, Any]:
+        """Those that change an answer; the others say how it is made and shown."""
+        return {
+            name: value
+            for name, value in vars(self).items()
+            if name not in ("workers", "display", "counter", "say", "retry")
+        }
+
 
 @dataclass(frozen=True)
 class Pipeline:

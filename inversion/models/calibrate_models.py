@@ -48,12 +48,11 @@ from birdstrike.inversion.models.simulations import LatePool
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.solver.case.case import Case, CaseSource, as_case
-from birdstrike.solver.sources import digest_files
+from birdstrike.solver.version import code_of
 
 USUAL = ("null", "elastic", "plastic_kinematic", "hydrodynamic", "murnaghan")
 """Models that are calibrated where none are named."""
 FEWEST_RUNS = 8
-INVERSION = Path(__file__).parents[1]
 
 Report = Callable[[str, float], None]
 """report(what is done, share of all the work, 0..1)."""
@@ -184,7 +183,6 @@ def _left_out(folder: Path, chosen: Sequence[Candidate]) -> tuple[str, ...]:
 
 def _fingerprint(runs: ModelRuns) -> str:
     """Digest of all that changes a model's answer."""
-    sources = [*INVERSION.rglob("*.py"), *(INVERSION.parent / "surrogate").rglob("*.py")]
     parts = [
         [case.canonical(), case.table, [list(map(str, vars(p).values())) for p in case.parameters()]]
         for case in runs.cases
@@ -196,7 +194,7 @@ def _fingerprint(runs: ModelRuns) -> str:
         "names": [setup.name for setup in runs.setups],
         "published": runs.chosen.literature,
         "solver": solver_for(runs.cases[0], forward.simulate).version,
-        "sources": digest_files(INVERSION.parent, sources),
+        "code": code_of("inversion"),
     }
     return hashlib.sha256(json.dumps(plain_json(content), sort_keys=True, default=str).encode()).hexdigest()[:32]
 

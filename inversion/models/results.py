@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +14,7 @@ from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.display import Displayed
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import plain as plain_json
-from birdstrike.data.files import read_json, write_atomically, write_json
+from birdstrike.data.files import read_json, withdraw, write_atomically, write_json
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.labels import provenance
 from birdstrike.inversion.models.candidates import candidate
@@ -207,7 +207,7 @@ def save_comparison(folder: Path, found: ModelComparison, records: Sequence[Meas
     with suppress(UserError):
         earlier = read_json(path)
     if earlier != content:
-        _remove(folder, (COMPARISON, *PAGES, "records/*.csv"))
+        withdraw(folder, COMPARISON, *PAGES, "records/*.csv")
     (folder / "records").mkdir(parents=True, exist_ok=True)
     for name, record in zip(found.records, records, strict=True):
         write_measured(folder / "records" / f"{name}.csv", record)
@@ -220,14 +220,8 @@ def withdraw_answer(folder: Path) -> None:
     A call that is interrupted would leave the earlier ranking beside constants, curves and draws of other records.
     """
     if any(next(folder.glob(pattern), None) for pattern in OF_AN_ANSWER):
-        _remove(folder.parent, (COMPARISON, *PAGES))
-        _remove(folder, OF_AN_ANSWER)
-
-
-def _remove(folder: Path, patterns: Iterable[str]) -> None:
-    for pattern in patterns:
-        for path in folder.glob(pattern):
-            path.unlink()
+        withdraw(folder.parent, COMPARISON, *PAGES)
+        withdraw(folder, *OF_AN_ANSWER)
 
 
 def save_answer(path: Path, answer: ModelAnswer, fingerprint: str) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from birdstrike.data.errors import UnitError, UserError, refuse_not_whole
+from birdstrike.data.files import withdraw
 from birdstrike.data.out_folder import fills_out, model_of
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.units import to_si
@@ -108,6 +109,7 @@ def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: Pred
     warnings = [*known.warnings, *refuse_other_sensors(known, new), *drawn_instead(known, new)]
     setting, simulated = prepared(new, known, folder, choice)
     found = _assembled(setting, new, limits, simulated, warnings)
+    withdraw(folder, "prediction.json", "prediction.html")
     copy_case(new, folder)
     found.save(folder)
     return found

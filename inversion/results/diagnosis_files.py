@@ -10,24 +10,30 @@ import pandas as pd
 
 from birdstrike.data.curves import LONGEST
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_atomically
+from birdstrike.data.files import withdraw, write_atomically
 from birdstrike.data.tree import save_tree
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, Diagnosis
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.write import case_toml, portable_table
+from birdstrike.solver.case.write import case_toml, copy_case, portable_table
 
 RESULT = "diagnosis.json"
+CASE = "case.toml"
+"""As declared, of the first shot."""
 MODEL = "model.npz"
 """What `explore` and `predict` read: responses, records and fits."""
 COLUMNS = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
 
 
-def write(found: Diagnosis, folder: Path) -> Diagnosis:
+def write(found: Diagnosis, folder: Path, declared: Mapping[str, Case] | None = None) -> Diagnosis:
     """Write all files, diagnosis.json last; returns the diagnosis with the name of its case file.
 
-    Files that an earlier diagnosis left there, and this one has not, are removed.
+    declared: names of files -> cases of shots and baselines. Files that an earlier diagnosis left there, and this one
+    has not, are removed.
     """
     earlier = _files_of_earlier(folder)
+    withdraw(folder, RESULT, MODEL)
+    for name, case in (declared or {}).items():
+        copy_case(case, folder, name, "" if name == CASE else f"{Path(name).stem}/")
     if found.case is not None and found.after is not None:
         model = found.after.model.replace(".", "_").replace("@", "_of_")
         path = folder / f"{found.case.name[:LONGEST]}_with_{model}.toml"
@@ -76,7 +82,7 @@ def curve_files(shots: Sequence[str]) -> list[str]:
 
 def case_files(shots: Sequence[str]) -> list[str]:
     """Names of the files of the cases as declared: of the first shot case.toml."""
-    return [f"diagnosis_{shot}.toml" if i else "case.toml" for i, shot in enumerate(shots)]
+    return [f"diagnosis_{shot}.toml" if i else CASE for i, shot in enumerate(shots)]
 
 
 def write_curves(path: Path, channels: Mapping[str, Mapping[str, object]]) -> None:

@@ -19,7 +19,7 @@ from birdstrike.data.histories import Histories
 from birdstrike.data.paths import REFERENCE
 from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.inversion.estimation.posterior import Sampling
-from birdstrike.loop import onwards
+from birdstrike.loop import LoopPlan, onwards
 from birdstrike.reports.sections import summary
 from birdstrike.solver.case.case import Case
 from tests.diagnoses import written_diagnosis
@@ -306,6 +306,29 @@ def test_a_diagnosis_of_other_options_does_not_stand_beside_a_new_inversion(
     assert answer.is_file()
     close(out, record, diagnosis=False, seed=1)
     assert [path.name for path in answer.parent.iterdir()] == ["runs"]
+
+
+@pytest.mark.usefixtures("solver")
+def test_the_report_is_made_again_where_something_that_it_shows_has_changed(
+    record: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, made = tmp_path / "loop", []
+
+    def write(plan: LoopPlan, _: Any) -> None:
+        made.append(plan.report.write_text("a page"))
+
+    monkeypatch.setattr("birdstrike.loop._report", write)
+    monkeypatch.setattr("birdstrike.loop.conclude", lambda plan: plan.ledger.read())
+    for count in (1, 1):
+        close(out, record, diagnosis=False)
+        assert len(made) == count
+    draws = out / "inversion" / "posterior.csv"
+    draws.write_text(draws.read_text().replace("\n", "\n\n", 1))
+    (out / "comparison").mkdir()
+    for count, change in ((2, lambda: None), (3, lambda: (out / "comparison" / "comparison.json").write_text("{}"))):
+        change()
+        close(out, record, diagnosis=False)
+        assert len(made) == count
 
 
 def test_help_has_an_example() -> None:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import birdstrike.doe.solvers
+import birdstrike.inversion.forward
+import birdstrike.reports.page.other_code
 from birdstrike import compare, export
 from birdstrike.cli.app import app
 from birdstrike.data.curves import read_histories, write_histories
@@ -21,18 +22,18 @@ from tests.data.exports.radioss_t01_writer import write_t01
 
 TIME = 5e-6 * np.arange(401)
 SHAPE = np.sin(np.pi * TIME / TIME[-1]) ** 2
+SPEED = load_case("demo_rig").impact.speed
 SETTINGS = {"bird.particles": "150", "plate.elements": "[6, 4]", "time.end": "2 ms"}
 
 
 class Formula:
-    """Stands in for the solver: every displacement is 4 mm times the shape, the force 50 kN times it."""
+    """Stands in for the solver: 4 mm at the rig's speed times the shape, and a force of 50 kN times it."""
 
-    version = "formula"
     runs = 0
 
     def simulate(self, case, **_: object) -> Histories:
         Formula.runs += 1
-        size = {"m": 4e-3, "N": 5e4}
+        size = {"m": 4e-3 * case.impact.speed / SPEED, "N": 5e4}
         units = {name: sensor.unit for name, sensor in case.sensors.items()}
         return Histories(TIME, {name: size[unit] * SHAPE for name, unit in units.items()}, units)
 
@@ -40,7 +41,7 @@ class Formula:
 @pytest.fixture(autouse=True)
 def formula(monkeypatch: pytest.MonkeyPatch) -> None:
     Formula.runs = 0
-    monkeypatch.setattr(birdstrike.doe.solvers, "solver_for", lambda _: Formula())
+    monkeypatch.setattr(birdstrike.inversion.forward, "simulate", Formula().simulate)
 
 
 def test_a_curve_that_ends_early_and_a_force_of_the_other_sign_are_told(tmp_path: Path) -> None:
@@ -117,6 +118,29 @@ def test_curves_by_the_sensors_names_need_no_deck(tmp_path: Path) -> None:
     assert again["sensors"]["displacement_centre"]["rms"] == pytest.approx(
         answer["sensors"]["displacement_centre"]["rms"], rel=1e-4
     )
+
+
+def test_an_interruption_leaves_no_other_cases_curve_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 80 m/s, then 120 m/s killed while its page is written, then 80 m/s again."""
+    theirs = Histories(TIME, {"displacement_centre": 2e-3 * SHAPE}, {"displacement_centre": "m"})
+    write_histories(tmp_path / "theirs.csv", theirs)
+
+    def peak(speed: int) -> float:
+        settings = {**SETTINGS, "impact.speed": f"{speed} m/s"}
+        found = compare("demo_rig", tmp_path / "theirs.csv", tmp_path / "out", settings=settings)
+        return float(found["sensors"]["displacement_centre"]["peak_ours"])
+
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = peak(80)
+    with monkeypatch.context() as patched:
+        patched.setattr(birdstrike.reports.page.other_code, "write_comparison_page", killed)
+        with pytest.raises(KeyboardInterrupt):
+            peak(120)
+    assert not (tmp_path / "out" / "compare.json").exists()
+    assert peak(80) == before == pytest.approx(4e-3 * 80.0 / SPEED)
+    assert Formula.runs == 2
 
 
 def test_a_loaded_case_is_compared_as_its_name_and_settings_are(tmp_path: Path) -> None:

@@ -104,6 +104,21 @@ def test_an_answer_leaves_no_file_of_the_one_before(doe: Path, measured: Path, t
     assert {p.name for p in folder.iterdir()} == {p.name for p in alone.iterdir()}
 
 
+def test_an_interruption_leaves_no_answer_beside_files_of_another(
+    out: Path, doe: Path, measured: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "again"
+    shutil.copytree(out, folder)
+
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("birdstrike.inversion.train_and_invert.copy_case", killed)
+    with pytest.raises(KeyboardInterrupt):
+        train_and_invert(doe, measured, folder, seed=7)
+    assert not (folder / "inversion.json").exists()
+
+
 def test_run_that_the_campaign_holds_is_not_paid(
     doe: Path, measured: Path, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -80,3 +80,19 @@ def imported(path: Path) -> set[str]:
     """Modules that a file imports from."""
     nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
     return {node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module}
+
+
+def test_a_layer_s_code_is_its_own_and_that_below_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for layer in version.LAYERS:
+        (tmp_path / layer).mkdir()
+        (tmp_path / layer / "made.py").write_text("x = 1\n")
+    monkeypatch.setattr(version, "HERE", tmp_path / "solver")
+    of = version.code_of.__wrapped__
+    before = {layer: of(layer) for layer in version.LAYERS}
+    assert len({*before.values()}) == len(version.LAYERS)
+    for i, layer in enumerate(version.LAYERS):
+        (tmp_path / layer / "made.py").write_text("x = 2\n")
+        assert [other for other in version.LAYERS if of(other) != before[other]] == [*version.LAYERS[i:]]
+        (tmp_path / layer / "made.py").write_text("x = 1\n")
+    monkeypatch.setattr(version, "SOLVER_VERSION", "another")
+    assert all(of(layer) != before[layer] for layer in version.LAYERS)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,10 @@ from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
-from birdstrike.inversion.audit.answers import records
+from birdstrike.inversion.audit.answers import answer_key, records
 from birdstrike.inversion.audit.audit import audit as run_audit
 from birdstrike.inversion.audit.records import experiment_of, find_experiments, read_truth
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.case.write import case_toml
 from birdstrike.solver.effects.registry import effects
@@ -103,6 +104,27 @@ def test_a_record_that_cannot_be_diagnosed_is_counted_apart_and_tried_again_when
     assert stored.stat().st_mtime_ns == before
     CliRunner().invoke(app, [*words, "--retry-failed"])
     assert stored.stat().st_mtime_ns > before
+
+
+def test_an_answer_is_of_all_that_made_it(bench: Bench, tmp_path: Path) -> None:
+    """The case that the record's own extends, every option that moves an answer, and the curves under drawn noise."""
+    made = bench.folder / "out" / "experiments"
+    for name in ("truth_000_1.csv", "truth_000_1.truth.toml", "truth_000.curves"):
+        shutil.copy(made / name, tmp_path)
+    parent = tmp_path / "rig.toml"
+    parent.write_text(case_toml(tiny()), encoding="utf-8")
+    (tmp_path / "truth_000_1.toml").write_text('extends = "rig.toml"\n', encoding="utf-8")
+    (experiment,), usual = find_experiments(tmp_path), DiagnosisOptions()
+    before = answer_key(experiment, usual, 0), answer_key(experiment, usual, 1)
+    assert answer_key(experiment, replace(usual, workers=2, retry=1.0), 0) == before[0]
+    others = [replace(usual, refine=0), replace(usual, baseline_bird="other"), replace(usual, seed=1)]
+    assert len({before[0], *(answer_key(experiment, one, 0) for one in others)}) == 4
+    curves = tmp_path / "truth_000.curves"
+    curves.write_text(curves.read_text().replace(",0.", ",1."))
+    assert answer_key(experiment, usual, 0) == before[0]
+    assert answer_key(experiment, usual, 1) != before[1]
+    parent.write_text(case_toml(tiny().overlaid({"plate": {"thickness": "9 mm"}})), encoding="utf-8")
+    assert answer_key(experiment, usual, 0) != before[0]
 
 
 def test_records_are_chosen_by_their_baseline(bench: Bench) -> None:
