@@ -16,7 +16,7 @@ from birdstrike.data.curves import Measured, measured_from
 from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.exports.nodout import is_nodout, read_nodout
 from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
-from birdstrike.data.exports.registry import reader_of
+from birdstrike.data.exports.registry import may_hold_tables, reader_of
 from birdstrike.data.tables.csv_table import NAME, Column, CsvTable
 from birdstrike.data.tables.loose_table import SIGMA, Head, LooseTable, SeveralColumns, read_loose_table
 from birdstrike.data.units import dimension, factor, meant, parts, ratio, scaled, si_unit, to_si
@@ -297,6 +297,8 @@ def _shift(text: str, unit: str) -> Decimal:
 
 def read_export(path: str | Path, options: ImportOptions) -> tuple[LooseTable, bool]:
     """The table in a file of any format that can be read, and whether it is a nodout; raises MeasuredError."""
+    if options.table and not may_hold_tables(path):
+        raise MeasuredError(f"--table {options.table}: {path} holds a single table; leave it out")
     reader = reader_of(path, options.decimal)
     if reader is not None:
         return reader(Path(path), options.table), False

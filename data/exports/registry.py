@@ -27,6 +27,7 @@ class Format:
     name: str
     extra: str = "exports"
     text: bool = False
+    tables: bool = True
 
 
 EXPORTS: Mapping[str, Format] = MappingProxyType(
@@ -34,9 +35,9 @@ EXPORTS: Mapping[str, Format] = MappingProxyType(
         ".tdms": Format("tdms", "npTDMS", "TDMS file"),
         ".mat": Format("matlab", "scipy", "file of MATLAB"),
         **dict.fromkeys((".xlsx", ".xlsm"), Format("excel", "openpyxl", "workbook of Excel", text=True)),
-        **dict.fromkeys((".uff", ".unv", ".uf", ".58"), Format("uff58", "pyuff", "universal file")),
+        **dict.fromkeys((".uff", ".unv", ".uf", ".58"), Format("uff58", "pyuff", "universal file", tables=False)),
         "binout": Format("binout", "lasso-python", "binout of LS-DYNA", "binout"),
-        "t01": Format("radioss_t01", "numpy", "time history of Radioss"),
+        "t01": Format("radioss_t01", "numpy", "time history of Radioss", tables=False),
     }
 )
 """Ending of a file's name, or its beginning, -> format."""
@@ -47,6 +48,12 @@ def _kind(name: str) -> str:
     if name.startswith("binout"):
         return "binout"
     return "t01" if re.search(r"t\d\d$", name) else Path(name).suffix
+
+
+def may_hold_tables(path: str | Path) -> bool:
+    """Whether a file is of a format that may hold several tables; text holds one."""
+    form = EXPORTS.get(_kind(Path(path).name.lower()))
+    return form is not None and form.tables
 
 
 def reader_of(path: str | Path, decimal: str = "") -> Reader | None:

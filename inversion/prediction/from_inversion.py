@@ -35,7 +35,7 @@ from birdstrike.solver.case.case import Case, load_case
 from birdstrike.surrogate.files import read_region
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
-CALIBRATED = "calibrated"
+CALIBRATED, EMULATOR = "calibrated", "emulator"
 DRAWN = 400  # where no sample is stored
 NO_SAMPLE = (
     "no posterior is stored: independent normal distributions from the 95 % intervals, and the prior in the searched "
@@ -56,12 +56,12 @@ def read_inversion(folder: Path) -> Learnt:
     first = stored_case(folder)
     cases, told = _cases(folder, first, max(len(found.shots), 1))
     table = pd.read_csv(folder / "verification.csv")
-    late = found.time_offset.value
+    late, method = found.time_offset.value, _method(folder, found, table)
     shots = [
-        LearntShot(f"shot {i + 1}", conditions(case), _errors(table, found.best, suffix(i), case, late))
+        LearntShot(f"shot {i + 1}", conditions(case), _errors(table, method, suffix(i), case, late))
         for i, case in cases
     ]
-    names, draws, said, warnings = _posterior(folder, found, first)
+    names, draws, said, warnings = _posterior(folder, found, first, method)
     n = len(draws)
     rng = np.random.default_rng(found.seed)
     shared, own = amplitudes(shots, CALIBRATED, first.inversion.discrepancy, n, rng)
@@ -95,16 +95,29 @@ def _cases(folder: Path, first: Case, count: int) -> tuple[list[tuple[int, Case]
     return found, told
 
 
-def _posterior(folder: Path, found: Inversion, case: Case) -> tuple[tuple[str, ...], Array, str, list[str]]:
-    """Dotted keys, draws (n, k) SI, what was used, warnings."""
+def _method(folder: Path, found: Inversion, table: pd.DataFrame) -> str:
+    """Whose draws and whose residual are taken, which belong together.
+
+    The emulator's, where its posterior is stored and its answer is verified, else the best one's.
+    """
+    stored = found.posterior is not None and (folder / found.posterior.draws).is_file()
+    if stored and any(column.startswith(f"{EMULATOR}_") for column in table):
+        return EMULATOR
+    assert found.best is not None
+    return found.best
+
+
+def _posterior(
+    folder: Path, found: Inversion, case: Case, method: str
+) -> tuple[tuple[str, ...], Array, str, list[str]]:
+    """Dotted keys, draws (n, k) SI of a method's answer, what was used, warnings."""
     names = tuple(found.ranges)
     figures = found.posterior
-    if figures is not None and (folder / figures.draws).is_file():
+    if method == EMULATOR and figures is not None and (folder / figures.draws).is_file():
         table = pd.read_csv(folder / figures.draws)
         draws = table[list(names)].to_numpy(float)
         unsettled = [] if figures.converged else ["the posterior's chains had not settled: the bands are rough"]
         return names, draws, f"{len(draws)} draws of the emulator's posterior ({figures.draws})", unsettled
-    method = found.best or next(iter(found.methods))
     answer = found.methods[method]
     vague = [plain(name, names) for name in names if not answer.parameters[name].identified]
     text = NO_SAMPLE + (f" (prior: {', '.join(vague)})" if vague else "")
@@ -112,7 +125,7 @@ def _posterior(folder: Path, found: Inversion, case: Case) -> tuple[tuple[str, .
         "where the records allow, train-and-invert stores one: by --method emulator or both, without --no-posterior"
     )
     space, kept = ParameterSpace.of_case(case), folder / "emulator.npz"
-    own = method == "emulator" and kept.is_file()  # a network seeks over the whole ranges
+    own = method == EMULATOR and kept.is_file()  # a network seeks over the whole ranges
     searched = read_region(kept) if own else np.stack([space.lows, space.highs])
     prior = NormalPrior.of(case.priors, space)
     return space.names, rough_draws(space, answer.parameters, searched, prior, found.seed), text, [f"{text}; {remedy}"]

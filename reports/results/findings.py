@@ -224,10 +224,15 @@ def _farthest(seen: RecordPosition, unit: str) -> str:
     return f"up to {quantity(abs(value), unit)} {'above' if value > 0 else 'below'} them at {quantity(at, 's')}"
 
 
+def smooth_limit(results: CampaignResults) -> str:
+    """Share of its mass beyond which a bird that is lost makes another regime: `5 %`."""
+    return f"{100 * results.dataset.smooth_loss:g} %"
+
+
 def _runs(results: CampaignResults) -> str:
     """The simulations that the range is made of: `25 simulations`."""
     smooth = int(results.dataset.smooth.sum())
-    return f"{smooth} simulations" + (" with less than 5 % erosion" if smooth < len(results.dataset.runs) else "")
+    return f"{smooth} simulations" + (f" with at most {smooth_limit(results)} erosion" if smooth < len(results.dataset.runs) else "")
 
 
 def balance(results: CampaignResults) -> str:
@@ -264,7 +269,7 @@ def worst_run(results: CampaignResults, key: str) -> str:
     values = _stated(results.summaries, key)
     label = max(values, key=lambda name: abs(values[name]))
     rough = {f"run {number}" for number in results.dataset.runs[~results.dataset.smooth]}
-    return f"{label}, which lost over 5 % of the bird" if label in rough else label
+    return f"{label}, which lost over {smooth_limit(results)} of the bird" if label in rough else label
 
 
 def _stated(summaries: Mapping[str, RunSummary], key: str) -> dict[str, float]:

@@ -49,8 +49,9 @@ class RecordPosition:
     """One channel at the record's `time` (r,) s: its `values`, the simulations' `low` and `high`, all (r,) SI.
 
     NaN: `values` in a gap, `low` and `high` where the simulations do not reach.
-    margin: SI, what noise may add; a point counts as outside only beyond it. Simulations that lost over 5 % of the bird
-    are another regime, which widens the range without filling it: they don't count.
+    margin: SI, what noise may add; a point counts as outside only beyond it. Simulations that lost more of the
+    bird than its material's `smooth_loss` are another regime, which widens the range without filling it: they don't
+    count.
     """
 
     time: Array

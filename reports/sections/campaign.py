@@ -5,6 +5,7 @@ from __future__ import annotations
 from birdstrike.reports.blocks import Picture, Section, Table, drawing
 from birdstrike.reports.figures.design import design_figure
 from birdstrike.reports.figures.quantities import symbol
+from birdstrike.reports.results.findings import smooth_limit
 from birdstrike.reports.results.results import CampaignResults, Results
 from birdstrike.surrogate.features import FEATURES, LIMIT
 
@@ -33,7 +34,7 @@ def _section(results: CampaignResults, quality: Table) -> Section:
 
 
 def _lost(results: CampaignResults) -> str:
-    return f"{int((~results.dataset.smooth).sum())} over 5 % eroded"
+    return f"{int((~results.dataset.smooth).sum())} over {smooth_limit(results)} eroded"
 
 
 def _quality(results: Results) -> Table:
@@ -48,7 +49,7 @@ def _quality(results: Results) -> Table:
     return Table(
         ("what", "value"),
         rows,
-        "Quality of the design (simulations with less than 5 % erosion, parameters scaled).",
+        f"Quality of the design (simulations with at most {smooth_limit(results)} erosion, parameters scaled).",
     )
 
 

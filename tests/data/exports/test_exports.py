@@ -186,3 +186,9 @@ def test_a_file_that_is_not_what_its_name_says_is_the_users_error(tmp_path: Path
     assert found.exit_code == 1
     assert "Traceback" not in found.output
     assert name in found.output
+
+
+@pytest.mark.parametrize("name", ["curves.csv", "curves.uff", "strikeT01"])
+def test_a_table_is_not_chosen_where_a_format_holds_one(name: str, tmp_path: Path) -> None:
+    with pytest.raises(MeasuredError, match=r"--table shot 2: .* holds a single table; leave it out"):
+        import_record(tmp_path / name, ImportOptions({"displacement_centre": ""}, table="shot 2"))

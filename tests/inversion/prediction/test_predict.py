@@ -15,6 +15,7 @@ from typer.testing import CliRunner, Result
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.prediction.answer import Prediction
+from birdstrike.inversion.prediction.from_inversion import CALIBRATED, read_inversion
 from birdstrike.inversion.prediction.predict import PredictOptions, predict
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.write import case_toml
@@ -138,6 +139,26 @@ def test_without_a_stored_posterior_the_answer_says_what_took_its_place(learnt: 
     bare = predicted(tmp_path / "inversion", tmp_path / "out")
     assert any("independent normal distributions" in line for line in bare.posterior)
     assert any("correlations are lost" in line for line in bare.warnings)
+
+
+def test_the_residual_is_of_the_answer_that_is_drawn_from(learnt: Path, tmp_path: Path) -> None:
+    """Draws are the emulator's; a network that verifies better has its curve at other parameters."""
+    folder = tmp_path / "inversion"
+    shutil.copytree(learnt, folder)
+    content = json.loads((folder / "inversion.json").read_text(encoding="utf-8"))
+    content["methods"]["network"] = content["methods"]["emulator"]
+    content["best"] = "network"
+    (folder / "inversion.json").write_text(json.dumps(content), encoding="utf-8")
+    table = pd.read_csv(folder / "verification.csv")
+    for column in [name for name in table if name.startswith("emulator_")]:
+        table[column.replace("emulator", "network")] = table[column] + 1e-3
+    table.to_csv(folder / "verification.csv", index=False)
+    both, alone = read_inversion(folder), read_inversion(learnt)
+    for name, one in both.shots[0].errors.items():
+        np.testing.assert_array_equal(one.residual[CALIBRATED], alone.shots[0].errors[name].residual[CALIBRATED])
+    (folder / "posterior.csv").unlink()
+    rough = read_inversion(folder).shots[0].errors["displacement_centre"].residual[CALIBRATED]
+    assert not np.allclose(rough, alone.shots[0].errors["displacement_centre"].residual[CALIBRATED])
 
 
 def command(folder: Path, learnt: Path, *words: str) -> Result:
