@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes, shown_channel
-from birdstrike.data.histories import Array
+from birdstrike.data.histories import Array, largest
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -89,14 +89,11 @@ class Dataset(Displayed):
         return f"Dataset: {len(self.runs)} runs{rough} over {keys}; channels {', '.join(self.curves)}"
 
     def to_dataframe(self) -> pd.DataFrame:
-        """A row a run: number, parameters, the signed peak of every channel (SI), and whether it is smooth."""
+        """A row a run: number, parameters, the largest reading of every channel (SI), and whether it is smooth."""
         import pandas as pd
 
         peaks = {
-            f"peak_{name}_{self.channel_units[name]}".rstrip("_"): rows[
-                np.arange(len(rows)), np.abs(rows).argmax(axis=1)
-            ]
-            for name, rows in self.curves.items()
+            f"peak_{name}_{self.channel_units[name]}".rstrip("_"): largest(rows) for name, rows in self.curves.items()
         }
         columns = {name: self.parameters[:, i] for i, name in enumerate(self.names)}
         return pd.DataFrame({"run": self.runs, **columns, **peaks, "smooth": self.smooth})

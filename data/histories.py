@@ -21,6 +21,16 @@ if TYPE_CHECKING:
 Array = NDArray[np.floating[Any]]
 
 
+def farthest(values: Array) -> NDArray[np.intp]:
+    """(...) index of the largest reading of curves (..., n): the one farthest from 0, either way; NaN are skipped."""
+    return np.asarray(np.nanargmax(np.abs(values), axis=-1))
+
+
+def largest(values: Array) -> Array:
+    """(...) largest reading of curves (..., n), with its sign."""
+    return np.take_along_axis(values, farthest(values)[..., None], axis=-1)[..., 0]
+
+
 @dataclass(frozen=True)
 class Snapshot:
     """The simulation at one instant, for pictures and ParaView.
@@ -74,9 +84,9 @@ class Histories(Displayed):
         return f"Histories: {size}, peak of {first} {peak:.3g} {unit}".rstrip()
 
     def peak(self, channel: str) -> tuple[float, float]:
-        """Time [s] and value, SI, of a channel's largest magnitude."""
+        """Time [s] and value, SI, of a channel's largest reading: the one farthest from 0, with its sign."""
         values = self.channels[channel]
-        top = int(np.nanargmax(np.abs(values)))
+        top = int(farthest(values))
         return float(self.time[top]), float(values[top])
 
     def to_dataframe(self) -> pd.DataFrame:

@@ -44,11 +44,11 @@ from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.estimates import NEWS
 from birdstrike.inversion.estimation.known_errors import error_columns
 from birdstrike.inversion.estimation.likelihood import Likelihood
 from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.mesh_correction import CorrectedCampaign, correct_campaign, fine_mesh
+from birdstrike.inversion.estimation.prior import identified
 from birdstrike.inversion.estimation.refinement import AUTO, refine
 from birdstrike.inversion.forward import Forward, StoredSolver
 from birdstrike.inversion.observations.observations import observe
@@ -289,7 +289,7 @@ def tables(intervals: pd.DataFrame) -> str:
     known = known.assign(
         width=known.high - known.low,
         holds=(known.low <= known.z) & (known.z <= known.high),
-        identified=known.high - known.low < NEWS * known.prior,
+        identified=identified(known.high - known.low, known.prior),
     )
     reference = known[(known.part == "plain") & (known.runs > LARGEST)]
     parts = []

@@ -37,7 +37,7 @@ from birdstrike import run_doe
 from birdstrike.data.curves import read_measured, write_measured
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.files import write_json
-from birdstrike.data.histories import Array, Histories
+from birdstrike.data.histories import Array, Histories, largest
 from birdstrike.data.paths import resolve_measured
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.audit.draws import BASELINE, SHOTS, SINGLE, Drawn, draw, truth_case
@@ -45,7 +45,7 @@ from birdstrike.inversion.audit.truth_runs import noisy
 from birdstrike.inversion.diagnosis import plan
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT
-from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, largest, sensor_draws
+from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, sensor_draws
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.predict import PredictOptions, prepared
 from birdstrike.inversion.prediction.reading import read_learnt
@@ -154,7 +154,8 @@ def scored(draws: SensorDraws, truth: Histories, name: str, alone: bool, contact
     values = draws.model if alone else draws.values
     inside = (draws.time > contact) & (draws.time <= truth.time[-1])
     real = np.interp(draws.time, truth.time, truth.channels[name])
-    peak, top = float(real.max()), largest(values)
+    peak, top = float(largest(real)), largest(values)
+    size = abs(peak)
     found: dict[str, Any] = {"points": {}, "peak": {}, "score_points": None, "score_peak": None}
     for level in LEVELS:
         tails = [(1.0 - level) / 2.0, (1.0 + level) / 2.0]
@@ -163,10 +164,10 @@ def scored(draws: SensorDraws, truth: Histories, name: str, alone: bool, contact
         ends = np.quantile(top, tails)
         found["peak"][str(level)] = bool(ends[0] <= peak <= ends[1])
         if level == LEVELS[-1]:
-            found["score_points"] = float(interval_score(low, high, real, level)[inside].mean()) / peak
-            found["score_peak"] = float(interval_score(ends[0], ends[1], np.array(peak), level)) / peak
-            found["width_peak"] = float(ends[1] - ends[0]) / peak
-            found["off_peak"] = float(np.median(top) - peak) / peak
+            found["score_points"] = float(interval_score(low, high, real, level)[inside].mean()) / size
+            found["score_peak"] = float(interval_score(ends[0], ends[1], np.array(peak), level)) / size
+            found["width_peak"] = float(ends[1] - ends[0]) / size
+            found["off_peak"] = float(np.median(top) - peak) / size
             found["z_peak"] = float((top.mean() - peak) / top.std())
     return found
 

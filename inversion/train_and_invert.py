@@ -35,10 +35,10 @@ from birdstrike.doe.designs.registry import refuse_seed
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
     Nuisance,
+    NuisanceRuns,
     case_nuisances,
     discrepancy_columns,
     mesh_columns,
-    nuisance_columns,
     stated_discrepancy,
 )
 from birdstrike.inversion.estimation.locate import InversionOptions, design_figures, refuse_deficient
@@ -359,6 +359,7 @@ class _Call:
             dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
         solver, own = self.solver(base), self.options.of_case(base)
         nuisances, shares = case_nuisances(base), stated_discrepancy(base, read.channels, more.discrepancy)
+        moved = NuisanceRuns(solver, nuisances)
         bands = _bands(more.mesh) if more.mesh else None
         said = _in_words(base, nuisances, shares, more)
         corrected, verifier = None, None
@@ -370,7 +371,7 @@ class _Call:
             dataset = corrected.dataset
 
         def columns(observations: Observations, mode: Mode) -> Array:
-            parts = [nuisance_columns(solver, nuisances, dataset.named(mode.theta), observations, mode.t0)]
+            parts = [moved.columns(observations, dataset.named(mode.theta), mode.t0)]
             parts += [discrepancy_columns(shares, observations)] if shares else []
             parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
             parts += [corrected.columns(observations, mode)] if corrected else []
@@ -385,7 +386,9 @@ class _Call:
 def _in_words(case: Case, nuisances: Sequence[Nuisance], shares: Mapping[str, float], more: Extras) -> tuple[str, ...]:
     """The errors that every model of a shot carries."""
     said = [
-        f"uncertain {n.name}: ± {quantity(case.inversion.nuisance[n.name], NUISANCE[n.name].unit)}" for n in nuisances
+        f"uncertain {n.name}: ± {quantity(case.inversion.nuisance[n.name], NUISANCE[n.name].unit)} "
+        "(2 simulations at the first best fit)"
+        for n in nuisances
     ]
     said += [f"a stated discrepancy of {100 * share:g} % of the peak of {name}" for name, share in shares.items()]
     said += [f"the mesh's uncertainty from {more.mesh}"] if more.mesh else []

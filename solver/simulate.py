@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.errors import RunFailed
-from birdstrike.data.histories import Array, Histories, Snapshot
+from birdstrike.data.histories import Array, Histories, Snapshot, farthest
 from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.checks import check_sensors, run_checks, shells_of, warnings_of
 from birdstrike.solver.coupling import Coupling
@@ -93,8 +93,8 @@ def silent(_share: float) -> None:
 
 
 def peak(clock: Array, values: Array) -> dict[str, float]:
-    """Largest reading in the push and its time [s]."""
-    at = int(np.argmax(values))
+    """Largest reading, the one farthest from 0 with its sign, and its time [s]."""
+    at = int(farthest(values))
     return {"value": float(values[at]) + 0.0, "time": float(clock[at])}  # a zero without a sign
 
 

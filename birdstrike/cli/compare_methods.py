@@ -37,7 +37,7 @@ def command(
     retry_failed: RetryFailed = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Run every method on records of known truth, errors, runs and seconds beside the information bound.
+    """Run every method on records of known truth: errors beside what noise and prior allow, runs and seconds.
 
     The report of a folder shows what lies in its folder `comparison`.
 
@@ -155,8 +155,10 @@ def _coverages(
 
 def markdown(rows: Sequence[MethodScore], found: Mapping[str, list[Coverage]]) -> str:
     """Both tables for people."""
+    from birdstrike.inversion.method_comparison import ABOVE, ALLOWED
+
     units = "0.02 mm (of another channel, the same share of its peak)"
-    lines = [f"Errors of the parameters in % of their ranges; curve errors in units of {units}.", ""]
+    lines = [f"Errors of the parameters in % of their ranges; curve errors in units of {units}.", "", ABOVE, ""]
     if rows:
         names = list(rows[0].errors)
         heads = [*key_labels(names).values(), "emulated curve", "verified", "runs", "seconds"]
@@ -164,7 +166,7 @@ def markdown(rows: Sequence[MethodScore], found: Mapping[str, list[Coverage]]) -
         for i, row in enumerate(rows):
             if row.bounds and (i == 0 or rows[i - 1].condition != row.condition):
                 shares = [f"{100 * row.bounds[name]:.2g}" for name in names]
-                lines.append("| " + " | ".join([row.condition, "*information bound*", *shares, "", "", "", ""]) + " |")
+                lines.append("| " + " | ".join([row.condition, f"*{ALLOWED}*", *shares, "", "", "", ""]) + " |")
             shares = [f"{100 * row.errors[name]:.2g}" for name in names]
             predicted = "–" if row.predicted is None else f"{row.predicted:.2f}"
             figures = [predicted, f"{row.verified:.2f}", str(row.runs), f"{row.seconds:.1f}"]

@@ -157,8 +157,8 @@ def _program(case: Case) -> str:
 def _table(case: Case, histories: Histories) -> Table:
     """Peaks of the sensors, size and balances of the run."""
     table = Table(title=case.name, show_header=False, title_justify="left")
-    for name, values in histories.channels.items():
-        table.add_row(f"largest {name}", _peak(histories, name, values))
+    for name in histories.channels:
+        table.add_row(f"largest {name}", _peak(histories, name))
     summary = histories.summary
     called = {"particles": pieces(case), "shells": "shells", "steps": "steps"}
     counts = [f"{summary[key]:,} {name}" for key, name in called.items() if isinstance(summary.get(key), int)]
@@ -172,13 +172,13 @@ def _table(case: Case, histories: Histories) -> Table:
     return table
 
 
-def _peak(histories: Histories, name: str, values: Any) -> str:
-    """The reading farthest from zero, either way."""
+def _peak(histories: Histories, name: str) -> str:
+    """The largest reading and its time."""
     from birdstrike.data.units import display
 
-    i = int(abs(values).argmax())
-    number, unit = display(float(values[i]), histories.units[name])
-    return f"{number:.4g} {unit} at {1e3 * histories.time[i]:.3f} ms".replace("  ", " ")
+    time, value = histories.peak(name)
+    number, unit = display(value, histories.units[name])
+    return f"{number:.4g} {unit} at {1e3 * time:.3f} ms".replace("  ", " ")
 
 
 def _warnings(histories: Histories) -> list[str]:

@@ -23,6 +23,7 @@ from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.estimation.prior import identified
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.diagnosis import (
@@ -71,7 +72,7 @@ def verdict_of(
     return ATTRIBUTED if sure else AMBIGUOUS
 
 
-REFUTED = 1e-4  # smallest p-value that is printed
+REFUTED = 1e-4  # smallest `p_consistent` that is given
 REPORTED = 0.05  # probability of something else from which on it is reported
 GROWN = 3.0  # growth of the model error beyond which a curve is uninformative
 
@@ -136,7 +137,11 @@ def _meaning(label: str, name: str) -> str:
 
 
 def consistency(log_evidence: float, best: float) -> float:
-    """p-value of a likelihood ratio against the best model, one degree of freedom."""
+    """How far a model lies behind the best: 2 Phi(-sqrt(2 d)), d [nats] the difference of their log evidences.
+
+    A monotone transform of the evidence onto 1e-4 .. 1, and no p-value: marginal likelihoods of models that are not
+    nested have no chi-square distribution, so that no frequency belongs to it. What is believed is the probability.
+    """
     return float(max(2.0 * norm.sf(np.sqrt(max(2.0 * (best - log_evidence), 0.0))), REFUTED))
 
 
@@ -217,12 +222,13 @@ def parameters(fit: Fit, shot: Shot, model: Hypothesis) -> dict[str, dict[str, A
     mean, sd = fit.interval(shot.name, k)
     low, high = (np.clip(mean + s * NORMAL_95 * sd, 0.0, 1.0) for s in (-1, 1))
     ends = [space.to_physical(z[None])[0] for z in (low, estimate(shot, model, fit)[0], high)]
+    known = identified(high - low, shot.setup.plan.prior.width())
     return {
         name: {
             "value": float(ends[1][i]),
             "interval_95": (float(ends[0][i]), float(ends[2][i])),
             "unit": space.units[i],
-            "identified": bool(sd[i] < 0.5 * shot.setup.plan.prior.sd[i]),
+            "identified": bool(known[i]),
         }
         for i, name in enumerate(space.names)
     }

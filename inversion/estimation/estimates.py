@@ -13,12 +13,12 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import Coordinates
 from birdstrike.inversion.estimation.posterior import Posterior
+from birdstrike.inversion.estimation.prior import identified
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.inversion.results.ingredients import DesignFigures
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
-NEWS = 0.5  # of the prior's 95 % width: a narrower interval counts as identified
 LOOKS_ALIKE = 0.8  # correlation from which another parameter is named
 GRID = 21
 NEAR_BOUND = 0.02  # of a range
@@ -72,14 +72,14 @@ def sensitivity(calibrator: Calibrator, mode: Mode, i: int) -> Sensitivity:
     return max(found, key=lambda s: s.change / s.noise)
 
 
-def reason(calibrator: Calibrator, modes: tuple[Mode, ...], i: int, width: float, identified: bool) -> str:
-    """Why coordinate i is identified or not; width: of its interval, as a share of the prior's."""
+def reason(calibrator: Calibrator, modes: tuple[Mode, ...], i: int, width: float, known: bool) -> str:
+    """Why coordinate i is identified (known) or not; width: of its interval, as a share of the prior's."""
     felt = sensitivity(calibrator, modes[0], i)
     if felt.change < felt.noise:
         return felt.sentence
     wide = f"{100 * width:.0f} % as wide as the prior's" if width < 1.0 else "no narrower than the prior's"
     share = f"the interval is {wide}; {felt.sentence}"
-    if identified:
+    if known:
         return share + _at_bound(modes[0], i)
     fit_as_well = len({(mode.box.lows[i], mode.box.highs[i]) for mode in modes}) > 1
     if modes[0].box.flat[i]:
@@ -122,15 +122,15 @@ def _at_bound(mode: Mode, i: int) -> str:
 
 
 def reported(
-    value: float, interval: tuple[float, float], limits: tuple[float, float], identified: bool
+    value: float, interval: tuple[float, float], limits: tuple[float, float], known: bool
 ) -> tuple[float, float]:
     """The 95 % interval that is reported with a value, one rule for every method, SI.
 
-    The `limits` of a parameter that is not identified, its whole range; else the `interval`, widened to the value where
-    this lies outside: the most probable value of a skew posterior may stand in a tail, most often at an end of the
-    range.
+    The `limits` of a parameter that is not known (identified), its whole range; else the `interval`, widened to the
+    value where this lies outside: the most probable value of a skew posterior may stand in a tail, most often at an end
+    of the range.
     """
-    if not identified:
+    if not known:
         return limits
     return min(interval[0], value), max(interval[1], value)
 
@@ -158,12 +158,12 @@ def emulator_estimates(
             estimates[name] = Estimate(float(theta[i]), None, dataset.units[i], False, OUTSIDE)
             continue
         width = float(ends[i, 1] - ends[i, 0]) / float(prior[i])
-        identified = width < NEWS
-        why = reason(calibrator, modes, i, width, identified) + _stated_prior(dataset, coordinates, i)
+        found = bool(identified(width, 1.0))
+        why = reason(calibrator, modes, i, width, found) + _stated_prior(dataset, coordinates, i)
         low, high = float(dataset.lows[i]), float(dataset.highs[i])
-        found = (low + float(ends[i, 0]) * (high - low), low + float(ends[i, 1]) * (high - low))
-        interval = reported(float(theta[i]), found, (low, high), identified or bool(stated[i]))
-        estimates[name] = Estimate(float(theta[i]), interval, dataset.units[i], identified, why)
+        span_95 = (low + float(ends[i, 0]) * (high - low), low + float(ends[i, 1]) * (high - low))
+        interval = reported(float(theta[i]), span_95, (low, high), found or bool(stated[i]))
+        estimates[name] = Estimate(float(theta[i]), interval, dataset.units[i], found, why)
     return estimates
 
 

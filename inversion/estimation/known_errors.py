@@ -70,15 +70,26 @@ def _nuisance(case: Case, name: str, sigma: float) -> Nuisance:
     return Nuisance(name, key, float(value or 0.0), sigma)
 
 
-def nuisance_columns(
-    forward: Forward, nuisances: Sequence[Nuisance], theta: Mapping[str, float], observations: Observations, t0: float
-) -> Array:
-    """(n, s) change of the stacked curve for one sigma of each, by central differences: two runs each."""
-    columns = []
-    for own in nuisances:
-        up, down = (stacked(forward({**theta, own.key: own.value + s * own.sigma}), observations, t0) for s in (1, -1))
-        columns.append((up - down) / 2.0)
-    return np.stack(columns, axis=1) if columns else np.zeros((len(observations.values), 0))
+class NuisanceRuns:
+    """What uncertain quantities of the impact do to a shot, by two simulations each, made once.
+
+    They stand at the parameters at which the columns are first asked for: the first best fit. Later fits of the same
+    shot, one after each run that a refinement adds, read them again on their own clock.
+    """
+
+    def __init__(self, forward: Forward, nuisances: Sequence[Nuisance]) -> None:
+        self.forward, self.nuisances = forward, nuisances
+        self.pairs: list[tuple[Histories, Histories]] | None = None
+
+    def columns(self, observations: Observations, theta: Mapping[str, float], t0: float) -> Array:
+        """(n, s) change of the stacked curve for one sigma of each, by central differences."""
+        if self.pairs is None:
+            self.pairs = [(self._moved(theta, own, 1.0), self._moved(theta, own, -1.0)) for own in self.nuisances]
+        halves = [(stacked(up, observations, t0) - stacked(down, observations, t0)) / 2.0 for up, down in self.pairs]
+        return np.stack(halves, axis=1) if halves else np.zeros((len(observations.values), 0))
+
+    def _moved(self, theta: Mapping[str, float], own: Nuisance, sigmas: float) -> Histories:
+        return self.forward({**theta, own.key: own.value + sigmas * own.sigma})
 
 
 def stacked(histories: Histories, observations: Observations, t0: float) -> Array:
@@ -90,8 +101,9 @@ def stacked(histories: Histories, observations: Observations, t0: float) -> Arra
 def mesh_columns(bands: Histories, observations: Observations, t0: float) -> Array:
     """(n, channels) the mesh's uncertainty, from the curves that `birdstrike converge` writes.
 
-    A band of a grid convergence index is meant to hold with 95 %, so that half of it is one standard deviation; along a
-    channel it hangs together. Raises UserError for a channel without a band.
+    Half of a band is taken as one standard deviation, because a grid convergence index is meant to hold with 95 %,
+    which is an empirical claim (`mesh_convergence.grid_convergence`); along a channel it hangs together. Raises
+    UserError for a channel without a band.
     """
     columns = np.zeros((len(observations.values), len(observations.channels)))
     begin = 0

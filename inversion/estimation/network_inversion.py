@@ -12,8 +12,8 @@ from scipy.stats import t as student
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import listing, many, plain, quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.estimation.estimates import NEWS, OUTSIDE, reported
-from birdstrike.inversion.estimation.prior import NormalPrior
+from birdstrike.inversion.estimation.estimates import OUTSIDE, reported
+from birdstrike.inversion.estimation.prior import NormalPrior, identified
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.estimates import Estimate
@@ -96,10 +96,10 @@ def network_estimates(dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, 
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
         interval, why = _interval(dataset, fit, answer, i) if inside else (None, OUTSIDE)
-        identified = bool(interval is not None and interval[1] - interval[0] < NEWS * prior[i])
+        known = bool(interval is not None and identified(interval[1] - interval[0], prior[i]))
         value, limits = float(answer.theta[i]), (float(dataset.lows[i]), float(dataset.highs[i]))
-        given = reported(value, interval, limits, identified) if interval is not None else None
-        estimates[name] = Estimate(value, given, dataset.units[i], identified, why)
+        given = reported(value, interval, limits, known) if interval is not None else None
+        estimates[name] = Estimate(value, given, dataset.units[i], known, why)
     return estimates
 
 

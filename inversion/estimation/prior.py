@@ -14,6 +14,7 @@ from birdstrike.data.histories import Array
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.solver.case.settings import Prior
 
+NEWS = 0.5  # of the prior's 95 % width: a narrower interval counts as identified
 UNIFORM_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over 0..1
 CONFLICT = 3.0
 """Standard deviations of its distribution before the record, by which a posterior mean lies off where prior and record
@@ -77,6 +78,15 @@ class NormalPrior:
     @property
     def _ends(self) -> tuple[Array, Array]:
         return self.deviations(np.zeros_like(self.mean)), self.deviations(np.ones_like(self.mean))
+
+
+def identified(width: Array | float, before: Array | float) -> NDArray[np.bool_]:
+    """Whether a record identifies a quantity: the one rule of calibration, diagnosis and what parameters make together.
+
+    width: of its 95 % interval, any shape and unit; before: of its prior's central 95 % interval (of a parameter
+    `NormalPrior.width`, the ends of the range cut off), alike.
+    """
+    return np.asarray(width) < NEWS * np.asarray(before)
 
 
 def conflicts(

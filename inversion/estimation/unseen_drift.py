@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import block_diag
+from scipy.stats import chi2
 
 from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
@@ -21,7 +22,8 @@ from birdstrike.inversion.observations.reader import OUTSIDE
 from birdstrike.inversion.results.fit import ResidualCorrelation
 
 SHARE = 0.05  # of the channel's peak by which a sensor drifts over the record (1 sigma), and by which it may be off
-BETTER = 13.8  # gain in cost that two nuisances in vain reach once in a thousand records (chi-square, two degrees)
+FEWEST = 3  # points of a channel: through fewer a straight line always passes
+VAIN = 1e-3  # of the records without a drift in which the columns may gain as much in cost by chance
 
 BestFits = tuple[Mode, tuple[Mode, ...], ResidualCorrelation]
 
@@ -50,22 +52,28 @@ def with_drift(calibrator: Calibrator, found: BestFits, seed: int) -> tuple[Cali
         return calibrator, found, ()
     drifting = calibrator.with_known(columns)
     again = drifting.best_fits(seed)
-    if found[0].cost - again[0].cost < BETTER or max(again[2].tau.values()) > 1.0:
+    if found[0].cost - again[0].cost < by_chance(columns.shape[1]) or max(again[2].tau.values()) > 1.0:
         return calibrator, found, ()
     drifts = calibrator.model.observations.split(_estimates(drifting, again[0], columns))
     tried = (c for c, block in zip(channels, blocks, strict=True) if block.shape[1])
     return drifting, again, tuple(_sentence(c, drifts[c.name]) for c in tried)
 
 
+def by_chance(columns: int) -> float:
+    """Gain in cost that so many nuisances in vain reach once in a thousand records: chi-square, a degree each."""
+    return float(chi2.isf(VAIN, columns))
+
+
 def drift_columns(channel: Channel) -> Array:
     """(n, 2) SI: offset and drift of a channel, two columns for one standard deviation each of what is unknown in them.
 
     What the readings before the simulated record leave of both is normal: the wide prior and a straight line through
-    these readings. (n, 0) where a drift was found in them and subtracted: it carries its own uncertainty. Of an offset
-    alone the readings may be too few to show the drift beside it.
+    these readings. (n, 0) where a drift was found in them and subtracted: it carries its own uncertainty; and of a
+    channel with fewer than three points. Of an offset alone the readings may be too few to show the drift beside it.
     """
     record = channel.record
-    if record is None or (record.zeroed and record.baseline is not None and record.baseline.drifts):
+    subtracted = record is not None and record.zeroed and record.baseline is not None and record.baseline.drifts
+    if record is None or subtracted or len(channel.times) < FEWEST:
         return np.zeros((len(channel.times), 0))
     size = SHARE * channel.peak
     cut = [cut.times for cut in record.cuts if cut.reason == OUTSIDE]

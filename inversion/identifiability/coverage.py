@@ -14,9 +14,9 @@ from birdstrike.data.histories import Array
 from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import Box
-from birdstrike.inversion.estimation.estimates import NEWS
 from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.posterior import sample
+from birdstrike.inversion.estimation.prior import identified
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.identifiability.information import bound
 from birdstrike.inversion.observations.observations import Observations
@@ -65,7 +65,7 @@ def coverage(
             progress((i + 1) / truths)
     means, spans = np.stack([f[0] for f in found]), np.stack([f[1] for f in found])
     held = (spans[..., 0] <= z) & (z <= spans[..., 1])
-    narrow = spans[..., 1] - spans[..., 0] < NEWS * calibrator.coordinates.prior.width()
+    narrow = identified(spans[..., 1] - spans[..., 0], calibrator.coordinates.prior.width())
     return Coverage(
         "emulator" if forward is None else "solver",
         truths,

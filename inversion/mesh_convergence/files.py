@@ -10,7 +10,12 @@ import numpy as np
 from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.run import Finished
 from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
-from birdstrike.inversion.mesh_convergence.grid_convergence import CurveConvergence, GridConvergence
+from birdstrike.inversion.mesh_convergence.grid_convergence import (
+    FORMAL,
+    SAFETY_AFAR,
+    CurveConvergence,
+    GridConvergence,
+)
 from birdstrike.inversion.mesh_convergence.meshes import Mesh, not_refined
 from birdstrike.inversion.mesh_convergence.scalars import Scalar
 from birdstrike.inversion.misfit import rms
@@ -55,7 +60,8 @@ def _scalar_json(
         "values": list(values),
         "behaviour": entry.behaviour,
         "order": entry.order,
-        "order_used": entry.limited_order,
+        "order_used": entry.order_used,
+        "safety_factor": entry.safety,
         "extrapolated": entry.extrapolated,
         "uncertainty_finest": entry.uncertainties[0],
         "gci_finest": entry.index(0),
@@ -70,6 +76,7 @@ def _curve_json(found: MeshConvergence, name: str, curve: CurveConvergence) -> d
     return {
         "unit": own.units[name],
         "order_used": curve.order,
+        "safety_factor": curve.safety,
         "shares": curve.shares,
         "largest_uncertainty_user": float(band.max()),
         "rms_uncertainty_user": rms(band),
@@ -102,10 +109,9 @@ def warnings_of(found: MeshConvergence) -> list[str]:
     if late:
         lines.append(f"{', '.join(late)} lies at time.end: lengthen time.end to see the peak itself")
     for name, entry in entries.items():
-        if name in unordered or entry.order is None:
-            continue
-        if abs(entry.order - (entry.limited_order or 0.0)) > 0.05:
+        if entry.order is not None and entry.safety == SAFETY_AFAR:
             lines.append(
-                f"{name}: observed order {entry.order:.2f}, taken as {entry.limited_order:g} for its uncertainty"
+                f"{name}: observed order {entry.order:.2f} is not within 10 % of the scheme's {FORMAL:g}: taken as "
+                f"{entry.order_used:.3g}, with a factor of safety of {entry.safety:g}"
             )
     return lines

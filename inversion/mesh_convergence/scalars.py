@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from birdstrike.data.histories import Array, Histories
+from birdstrike.data.histories import Array, Histories, farthest
 from birdstrike.solver.case.case import Case
 
 
@@ -23,7 +23,7 @@ class Scalar:
     def at_the_end(self, histories: Histories) -> bool:
         """Whether the number is a peak that the record cuts off."""
         values = histories.channels[self.sensor]
-        return self.of is peak_value and bool(np.any(values)) and int(np.argmax(values)) == len(values) - 1
+        return self.of is peak_value and bool(np.any(values)) and int(farthest(values)) == len(values) - 1
 
 
 def scalars(case: Case) -> list[Scalar]:
@@ -42,7 +42,7 @@ def impulse(time: Array, force: Array) -> float:
 
 
 def peak_value(time: Array, values: Array) -> float:
-    """Largest reading, between the samples by the parabola through the three around it."""
+    """Largest reading, of either sign, between the samples by the parabola through the three around it."""
     return _peak(time, values)[1]
 
 
@@ -52,7 +52,7 @@ def peak_time(time: Array, values: Array) -> float:
 
 
 def _peak(time: Array, values: Array) -> tuple[float, float]:
-    at = int(np.argmax(values))
+    at = int(farthest(values))
     if not 0 < at < len(values) - 1:
         return float(time[at]), float(values[at])
     left, top, right = values[at - 1 : at + 2]

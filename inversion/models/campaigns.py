@@ -26,13 +26,17 @@ from birdstrike.doe.campaign.planned import planned_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion import forward
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
-from birdstrike.inversion.estimation.known_errors import case_nuisances, discrepancy_columns, stated_discrepancy
+from birdstrike.inversion.estimation.known_errors import (
+    NuisanceRuns,
+    case_nuisances,
+    discrepancy_columns,
+    stated_discrepancy,
+)
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
 from birdstrike.inversion.forward import Forward, StoredSolver
 from birdstrike.inversion.models.candidates import PREFIX, Candidate, calibrated_case, literature_case
-from birdstrike.inversion.models.error_terms import NuisanceRuns
 from birdstrike.inversion.models.points import near_answer
 from birdstrike.inversion.models.scaled import NearestFinished, Scale, ScaledForward
 from birdstrike.inversion.models.simulations import LatePool, simulate_all
@@ -155,7 +159,7 @@ class ModelRuns:
         options = replace(options, priors=self.scale.priors(case.priors))
 
         def columns(observations: Observations, mode: Mode) -> Array:
-            parts = [nuisances.columns(observations, mode, dataset)]
+            parts = [nuisances.columns(observations, dataset.named(mode.theta), mode.t0)]
             parts += [discrepancy_columns(shares, observations)] if shares else []
             return np.hstack(parts)
 

@@ -7,25 +7,25 @@ import numpy as np
 from birdstrike.data.formatting import listing, plain, quantity, span
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.locate import Located
+from birdstrike.inversion.estimation.prior import identified
 from birdstrike.inversion.invert import InversionOutcome
 from birdstrike.inversion.models.campaigns import ModelRuns
 from birdstrike.inversion.models.candidates import built, modulus_of
-from birdstrike.inversion.models.points import linearised_draws
+from birdstrike.inversion.models.points import linearised_draws, prior_draws
 from birdstrike.inversion.models.results import Combined
 
-DRAWS = 400  # of the posterior
-NEWS = 0.5  # of the prior's 95 % width, as for single parameters
+DRAWS = 400  # of prior and posterior
 
 
 def combinations(runs: ModelRuns, outcome: InversionOutcome, located: Located) -> dict[str, Combined]:
-    """The bulk modulus, where what is sought changes it."""
+    """The bulk modulus, where what is sought changes it; its widths are compared as ratios of their ends."""
     rng = np.random.default_rng(runs.options.seed)
     calibration, case = located.calibration, runs.cases[0]
     if calibration.design.deficient:
         return {}
     formula, keys = modulus_of(case)
-    mode, space = calibration.modes[0], runs.scale.space
-    everywhere = _moduli(runs, space.to_physical(rng.random((DRAWS, len(space.names)))))
+    mode = calibration.modes[0]
+    everywhere = _moduli(runs, runs.scale.physical(prior_draws(calibration.coordinates, DRAWS, rng)))
     if np.ptp(everywhere) <= 1e-9 * np.abs(everywhere).max():
         return {}
     if outcome.posterior is not None:
@@ -38,17 +38,17 @@ def combinations(runs: ModelRuns, outcome: InversionOutcome, located: Located) -
     interval = (min(float(low), value), max(float(high), value))
     before = np.quantile(everywhere, [0.025, 0.975])
     width = np.log(interval[1] / interval[0]) / np.log(before[1] / before[0])
-    identified = bool(width < NEWS) and outcome.inversion.prior_predictive.inside
+    known = bool(identified(width, 1.0)) and outcome.inversion.prior_predictive.inside
     estimates = outcome.inversion.methods["emulator"].parameters
     weak = [plain(key, estimates) for key in keys if not estimates[key].identified]
     named = f"K = {formula}" if formula else "K"
     records = "these records" if len(runs.setups) > 1 else "this record"
     text = f"{named} = {quantity(value, 'Pa')} (95 %: {span(*interval, 'Pa')})"
-    if not identified:
+    if not known:
         text = f"the bulk modulus {named} is not identifiable from {records}"
     elif weak and len(keys) > 1:
         text += f"; {listing(weak)} not identifiable from {records}: only the combination counts"
-    return {"bulk_modulus": Combined(value, interval, "Pa", identified, formula, keys, text)}
+    return {"bulk_modulus": Combined(value, interval, "Pa", known, formula, keys, text)}
 
 
 def _moduli(runs: ModelRuns, values: Array) -> Array:

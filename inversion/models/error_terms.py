@@ -1,4 +1,4 @@
-"""What every model carries besides its constants: nuisances of the shots and a discrepancy of the model, as columns."""
+"""What every model carries besides its constants and the shots' nuisances: a discrepancy of the model, as columns."""
 
 from __future__ import annotations
 
@@ -8,41 +8,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from birdstrike.data.dataset import Dataset
-from birdstrike.data.histories import Array, Histories
+from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import UNSEEN, started
 from birdstrike.inversion.estimation.calibration import Mode
-from birdstrike.inversion.estimation.known_errors import Columns, Nuisance, stacked
+from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.shots import shot_number
 from birdstrike.inversion.estimation.whitening import factor_of
-from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.observations.observations import Observations
 
 WORTH_A_COLUMN = 1e-3  # share of its variance
-
-
-class NuisanceRuns:
-    """What an uncertain speed, mass, thickness or angle does to a shot, by two simulations each at the first answer."""
-
-    def __init__(self, solver: Forward, nuisances: Sequence[Nuisance]) -> None:
-        self.solver, self.nuisances = solver, nuisances
-        self.pairs: list[tuple[Histories, Histories]] | None = None
-
-    def columns(self, observations: Observations, mode: Mode, dataset: Dataset) -> Array:
-        """(n, s) change of the stacked curve for one sigma of each."""
-        if self.pairs is None:
-            theta = dataset.named(mode.theta)
-            self.pairs = [
-                (
-                    self.solver({**theta, own.key: own.value + own.sigma}),
-                    self.solver({**theta, own.key: own.value - own.sigma}),
-                )
-                for own in self.nuisances
-            ]
-        halves = [
-            (stacked(up, observations, mode.t0) - stacked(down, observations, mode.t0)) / 2.0 for up, down in self.pairs
-        ]
-        return np.stack(halves, axis=1) if halves else np.zeros((len(observations.values), 0))
 
 
 @dataclass(frozen=True)

@@ -8,17 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from importlib import import_module
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.models.results import Optimised
 
-STEP = 0.05  # of a range: a smaller one would differentiate the scatter of the simulations
+STEP = 0.05  # of a range, for derivatives: a smaller one would differentiate the scatter of the simulations
 SPREAD = 0.25  # of a range: the first population's standard deviation
 FAILED = 1e3  # times the noise: residual of a simulation that failed
 
@@ -86,8 +87,34 @@ def by_least_squares(problem: Problem) -> str:
             "least_squares: the simulation in the middle of the ranges, where least_squares begins, failed "
             f"({problem.failure})"
         )
-    ends = least_squares(problem.at, start, bounds=(0.0, 1.0), diff_step=STEP / 0.5, xtol=1e-3)
-    return str(ends.message)
+    return str(from_the_middle(problem.at, len(start)).message)
+
+
+def from_the_middle(residuals: Callable[[Array], Array], many: int, most: int | None = None) -> OptimizeResult:
+    """Trust-region least squares (scipy) over ranges 0..1 from their middles; every point is evaluated once.
+
+    residuals: (k,) fractions of the ranges -> (n,); many: k; most: steps of the search, each with k points beside it.
+    """
+    known: dict[bytes, Array] = {}
+
+    def at(unit: Array) -> Array:
+        key = unit.tobytes()
+        if key not in known:
+            known[key] = residuals(unit)
+        return known[key]
+
+    derivatives: Any = partial(differences, at)
+    return least_squares(at, np.full(many, 0.5), derivatives, bounds=(0.0, 1.0), xtol=1e-3, max_nfev=most)
+
+
+def differences(residuals: Callable[[Array], Array], unit: Array) -> Array:
+    """(n, k) derivatives at unit (k,) in 0..1 by differences over `STEP`, backwards where this would leave the range.
+
+    scipy's own step is a share of the variable, and so of no size at the lower end of a range.
+    """
+    here = residuals(unit)
+    steps = np.where(unit + STEP <= 1.0, STEP, -STEP)
+    return np.stack([(residuals(unit + step) - here) / step[i] for i, step in enumerate(np.diag(steps))], axis=1)
 
 
 def by_cma(problem: Problem) -> str:

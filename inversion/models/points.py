@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.estimation.coordinates import Coordinates
 from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.locate import Located
 from birdstrike.inversion.estimation.refinement import WIDER
@@ -31,6 +32,12 @@ def near_answer(located: Located, points: int, seed: int) -> Array:
         z = mode.z if i < len(modes) else mode.z + WIDER * mode.root @ spread[i]
         found.append(coordinates.theta(np.clip(z, mode.box.lows, mode.box.highs), mode.box))
     return np.array(found)
+
+
+def prior_draws(coordinates: Coordinates, draws: int, rng: np.random.Generator) -> Array:
+    """(draws, k) parameters of the prior in use: what the case states, else normal over the ranges, their ends cut."""
+    whole = np.array([[0.0], [1.0]])
+    return coordinates.unlimited(coordinates.prior.draw(rng, whole, (draws, len(coordinates.prior.mean))))
 
 
 def linearised_draws(located: Located, draws: int, rng: np.random.Generator) -> Array:

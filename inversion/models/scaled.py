@@ -1,6 +1,6 @@
 """Logarithmic ranges for an estimation that is linear in its parameters: such a parameter enters as a fraction 0..1.
 
-The emulator interpolates, the prior is uniform and intervals are central in that fraction, so that a modulus that spans
+The emulator interpolates, the prior is normal and intervals are central in that fraction, so that a modulus that spans
 decades is treated as its logarithm.
 """
 

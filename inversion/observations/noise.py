@@ -21,7 +21,7 @@ from birdstrike.inversion.observations.high_frequency import ROUNDED, digitiser_
 FEWEST_FOR_LEVEL = 8  # points before contact from which a noise level is taken where none is stated
 FEWEST_FOR_TEST = 20  # points before contact that can overrule a stated level, or show a correlation
 REJECT = 0.05  # level of the test of a stated noise against the record before contact
-LINE = 2  # degrees of freedom that the straight line before contact takes
+LINE, WITH_HUM = 2, 4  # terms, each a degree of freedom, of the straight line before contact, and with the mains' hum
 SPIKE = 8.0  # robust standard deviations about the straight line before contact
 ROUNDING = 1e-12  # of the largest value: less is the rounding of the line, not noise
 CORRELATED = 2.6  # lag-1 correlation times sqrt(n): beyond it the noise is not white (0.5 % of white records)
@@ -83,7 +83,8 @@ class BeforeContact:
 
     offset: mean reading, which should be 0; level: standard deviation about the line, None where the points are too few
     or all on the line; values: the readings without single spikes; hum: frequency of the mains in them [Hz], 0 without;
-    moves: True where the record is not at rest, so that its clock is ahead of the case's: it then gives no noise.
+    moves: True where the record is not at rest, so that its clock is ahead of the case's: it then gives no noise;
+    fitted: terms of the baseline that the residual is about, 2 of a line, 4 with a hum.
     """
 
     times: Array
@@ -93,6 +94,7 @@ class BeforeContact:
     values: Array = field(default_factory=lambda: np.zeros(0))
     hum: float = 0.0
     moves: bool = False
+    fitted: int = LINE
 
     @classmethod
     def of(cls, times: Array, values: Array, peak: float, length: float = 0.0) -> BeforeContact:
@@ -105,14 +107,19 @@ class BeforeContact:
         spiked = _spikes(times, values)
         times, values = times[~spiked], values[~spiked]
         hum = hum_of(times, values)
-        rows = terms(times, 4 if hum else LINE, hum, float(times.mean()))
+        rows = terms(times, WITH_HUM if hum else LINE, hum, float(times.mean()))
         found = np.linalg.lstsq(rows, values, rcond=None)[0]
         residual = values - rows @ found
         if _runs_off(rows, residual, float(found[1]), length, peak) or _moves(times, residual, peak):
-            return cls(times, residual, 0.0, None, values, hum, True)
+            return cls(times, residual, 0.0, None, values, hum, True, rows.shape[1])
         noisy = float(np.std(residual)) > ROUNDING * peak
         level = float(np.sqrt(residual @ residual / (len(residual) - rows.shape[1]))) if noisy else None
-        return cls(times, residual, float(values.mean()), level, values, hum)
+        return cls(times, residual, float(values.mean()), level, values, hum, fitted=rows.shape[1])
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom of the level: points less the terms fitted to them."""
+        return len(self.times) - self.fitted
 
     @property
     def tests(self) -> bool:
@@ -251,7 +258,7 @@ def channel_noise(
         return replace(assumed, known=False), ()
     if noise is None or (own is not None and _contradicted(noise, own, before, stated)):
         assert own is not None
-        remarks = (_overruled(name, unit, stated.level_like(own), noise, own),) if noise is not None else ()
+        remarks = (_overruled(name, unit, stated.level_like(own), noise, own, before),) if noise is not None else ()
         noise = own
     elif own is not None and before.tests and not _agrees(stated.at_rest, before):
         remarks = (_kept(name, unit, stated.at_rest, noise, before),)
@@ -291,14 +298,14 @@ def _of_the_record(before: BeforeContact, stated: Stated, white: tuple[float, fl
         return replace(stated.uniform(white[0], NEIGHBOURS), freedom=white[1])
     if before.level is None:
         return None
-    return replace(stated.uniform(before.level, BEFORE), freedom=float(len(before.times) - LINE))
+    return replace(stated.uniform(before.level, BEFORE), freedom=float(before.freedom))
 
 
 def _most_by_chance(before: BeforeContact, freedom: float) -> float:
     """The largest scatter between neighbours that the noise before contact explains, SI; 0 with few points."""
     if before.level is None or not before.tests:
         return 0.0
-    ratio = float(f_distribution.ppf(1.0 - SURE, freedom, len(before.times) - LINE))
+    ratio = float(f_distribution.ppf(1.0 - SURE, freedom, before.freedom))
     return max(GROWS, np.sqrt(ratio)) * before.level
 
 
@@ -314,12 +321,12 @@ def _contradicted(noise: Noise, own: Noise, before: BeforeContact, stated: State
     return own.source == NEIGHBOURS and own.level > max(LARGER, np.sqrt(limit)) * noise.level
 
 
-def _overruled(name: str, unit: str, stated: float, noise: Noise, own: Noise) -> str:
+def _overruled(name: str, unit: str, stated: float, noise: Noise, own: Noise, before: BeforeContact) -> str:
     """That the record contradicts the stated noise."""
     level = quantity(own.level, unit, 2)
     found = f"is less than the scatter of neighbouring points ({level})"
     if own.source == BEFORE:
-        found = f"is not that of the record before contact ({level} over {own.freedom + LINE:.0f} points)"
+        found = f"is not that of the record before contact ({level} over {len(before.times)} points)"
     return (
         f"{plain(name)}: the noise stated ({quantity(stated, unit, 2)}, {noise.source}) {found}, which is used "
         f"instead; correct what is stated (sensors.{name.partition('@')[0]}.noise of its case, or birdstrike import "
@@ -339,7 +346,7 @@ def _kept(name: str, unit: str, stated: float, noise: Noise, before: BeforeConta
 
 def _agrees(stated: float, before: BeforeContact) -> bool:
     """Two-sided chi-square test of the variance before contact."""
-    n = len(before.times) - LINE
+    n = before.freedom
     lower = float(chi2.cdf(n * ((before.level or 0.0) / stated) ** 2, n))
     return 0.5 * REJECT < lower < 1.0 - 0.5 * REJECT
 

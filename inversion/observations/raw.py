@@ -11,7 +11,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.observations.noise import FEWEST_FOR_LEVEL, FEWEST_FOR_TEST
+from birdstrike.inversion.observations.noise import FEWEST_FOR_LEVEL
 from birdstrike.inversion.observations.reader import ChannelRecord, Expected, read_record
 
 BEGINNING = 20  # points from which the scatter at rest is taken
@@ -92,7 +92,7 @@ def with_sigma(measured: Measured, stated: Mapping[str, float | None]) -> Measur
         if value is None and not found[name].known:
             raise MeasuredError(
                 f"--sigma record: {name} in {measured.path} gives no estimate of its noise: fewer than "
-                f"{FEWEST_FOR_TEST} points before its response, and no white noise between neighbours, where only a "
+                f"{FEWEST_FOR_LEVEL} points before its response, and no white noise between neighbours, where only a "
                 f'displacement can show it; state it: --sigma {name}="{example}"'
             )
         level = found[name].level if value is None else value

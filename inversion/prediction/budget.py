@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.formatting import listing, plain, quantity
-from birdstrike.data.histories import Array
+from birdstrike.data.histories import Array, largest
 from birdstrike.inversion.labels import in_words
-from birdstrike.inversion.prediction.curves import PARTS, SensorDraws, largest
+from birdstrike.inversion.prediction.curves import PARTS, SensorDraws
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.sample import EFFECT
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from birdstrike.data.histories import Array
+from birdstrike.data.histories import Array, largest
 from birdstrike.inversion.diagnosis.instrument import change
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.campaign import Campaign
@@ -103,11 +103,6 @@ def sensor_draws(setting: Setting, name: str, sample: Sample) -> SensorDraws:
         "emulator": errors,
     }
     return SensorDraws(campaign.time, sensor.unit, sensor.kind, model, learnt, parts, sample, distinct, *tops, emulated)
-
-
-def largest(curves: Array) -> Array:
-    """(n,) largest reading in the push, as `peak` in summary.json."""
-    return curves.max(axis=1)
 
 
 def _resampled(

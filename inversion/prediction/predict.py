@@ -11,6 +11,7 @@ import numpy as np
 
 from birdstrike.data.errors import UnitError, UserError, refuse_not_whole
 from birdstrike.data.files import withdraw
+from birdstrike.data.histories import largest
 from birdstrike.data.out_folder import fills_out, model_of
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.units import to_si
@@ -36,7 +37,7 @@ from birdstrike.inversion.prediction.carry_over import (
     refuse_another_bird,
     refuse_other_sensors,
 )
-from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, largest, sensor_draws
+from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, sensor_draws
 from birdstrike.inversion.prediction.distance import distance
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.reading import read_learnt

@@ -43,10 +43,11 @@ LISTED = 8  # models in the picture of the probabilities
 class EffectFigures:
     """One model; magnitude and interval in SI, None for `none` and `something_else`.
 
-    probability: that it is there, alone or in a pair; p_consistent: of a likelihood ratio against the best model;
-    log_evidence: over none; twins: name -> cosine; at_bound: the largest magnitude looked at is reached; absorbed:
-    share of the signature that the calibrated parameters imitate; bias: what one plausible size would add to each of
-    them, SI, were it there and not in the model; confirmed: the solver was run at the fit.
+    probability: that it is there, alone or in a pair; p_consistent: its evidence against the best model's, 1e-4 .. 1,
+    no frequency (`answer.consistency`); log_evidence: over none; twins: name -> cosine; at_bound: the largest magnitude
+    looked at is reached; absorbed: share of the signature that the calibrated parameters imitate; bias: what one
+    plausible size would add to each of them, SI, were it there and not in the model; confirmed: the solver was run at
+    the fit.
     """
 
     name: str

@@ -67,12 +67,12 @@ def _scalar(
     own = slice(found.user, found.user + 1)
     axes.errorbar(spacings[own], numbers[own], yerr=error, color=BLUE, fmt="o", markersize=5, capsize=3)
     title = f"{words(scalar.name)}\n{entry.behaviour}"
-    if entry.extrapolated is not None and entry.order is not None and entry.limited_order is not None:
+    if entry.extrapolated is not None and entry.order is not None and entry.order_used is not None:
         title += f", observed order {entry.order:.2f}"
         exact = float(shown(np.array([entry.extrapolated]), scalar.unit)[0][0])
         h = np.linspace(0.0, spacings[-1], 60)
-        slope = (numbers[found.used[0]] - exact) / spacings[found.used[0]] ** entry.limited_order
-        axes.plot(h, exact + slope * h**entry.limited_order, color=VERMILION, linewidth=1.0, linestyle="--")
+        slope = (numbers[found.used[0]] - exact) / spacings[found.used[0]] ** entry.order_used
+        axes.plot(h, exact + slope * h**entry.order_used, color=VERMILION, linewidth=1.0, linestyle="--")
         axes.plot(0.0, exact, "D", color=VERMILION, markersize=5)
         axes.annotate(f"{significant(exact, 4)} {unit}", (0.0, exact), (6, 4), textcoords="offset points", fontsize=8)
     axes.set_title(title, fontsize=8.5)

@@ -232,7 +232,8 @@ def smooth_limit(results: CampaignResults) -> str:
 def _runs(results: CampaignResults) -> str:
     """The simulations that the range is made of: `25 simulations`."""
     smooth = int(results.dataset.smooth.sum())
-    return f"{smooth} simulations" + (f" with at most {smooth_limit(results)} erosion" if smooth < len(results.dataset.runs) else "")
+    eroded = f" with at most {smooth_limit(results)} erosion" if smooth < len(results.dataset.runs) else ""
+    return f"{smooth} simulations{eroded}"
 
 
 def balance(results: CampaignResults) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.curves import Measured
-from birdstrike.data.histories import Array
+from birdstrike.data.histories import Array, farthest
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.observations.prior_predictive import ENVELOPE_SIGMAS
 from birdstrike.reports.results.results import InversionResults, Results
@@ -106,6 +106,6 @@ def residual(results: InversionResults, channel: str, method: str) -> Residual:
 
 
 def peak(time: Array, values: Array) -> tuple[float, float]:
-    """Time [s] and value of the largest magnitude, SI."""
-    top = int(np.nanargmax(np.abs(values)))
+    """Time [s] and value of the largest reading, the one farthest from 0 with its sign, SI."""
+    top = int(farthest(values))
     return float(time[top]), float(values[top])

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from birdstrike.data.files import read_json
+from birdstrike.inversion.method_comparison import ABOVE, ALLOWED
 from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.figures.quantities import symbol
 from birdstrike.reports.results.results import Results
@@ -22,7 +23,7 @@ def section(results: Results) -> Section | None:
     truth = ", ".join(f"{symbol(name, content['truth'])} {value:.4g}" for name, value in content["truth"].items())
     intro = (
         f"Simulated records of known truth ({truth}, SI) from a campaign of {content['campaign_runs']} simulations: "
-        "the error of each method, and the smallest that the measurement allows any method (information bound)."
+        f"the error of each method. {ABOVE}"
     )
     return Section("method_comparison", "Comparison of the inversion methods", (Paragraph(intro), *_tables(content)))
 
@@ -55,12 +56,12 @@ def _held(entry: Mapping[str, Any], name: str) -> str:
 
 
 def _lines(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Iterator[tuple[str, ...]]:
-    """One line a method, the bound before the first of each condition that has one."""
+    """One line a method; before the first of a condition the standard deviation that this allows, where it has one."""
     before = None
     for row in rows:
         if row["bounds"] and row["condition"] != before:
             bound = (f"{100 * row['bounds'][name]:.2g}" for name in names)
-            yield (row["condition"], "information bound", *bound, "", "", "", "")
+            yield (row["condition"], ALLOWED, *bound, "", "", "", "")
         before = row["condition"]
         errors = (f"{100 * row['errors'][name]:.2g}" for name in names)
         predicted = "–" if row["predicted"] is None else f"{row['predicted']:.2f}"

@@ -13,6 +13,7 @@ from birdstrike.cli.app import app
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.inversion.diagnosis.diagnose import read_records
+from birdstrike.inversion.observations.noise import FEWEST_FOR_LEVEL
 from tests.inversion.stand_in import pulse, truth
 
 CENTRE = "displacement_centre"
@@ -91,6 +92,7 @@ def test_a_force_without_rest_gives_no_noise_of_its_own(tmp_path: Path) -> None:
     found = invoke(tmp_path / "a.csv", *options, "--sigma", "record")
     assert found.exit_code == 1
     assert 'where only a displacement can show it; state it: --sigma reaction_force="0.1 kN"' in found.output
+    assert f"fewer than {FEWEST_FOR_LEVEL} points before its response" in found.output
     assert "noise" not in invoke(tmp_path / "a.csv", *options).output
     none = invoke(tmp_path / "a.csv", *options, "--sigma", "0 kN")
     assert 'above 0, such as --sigma reaction_force="0.1 kN"' in none.output

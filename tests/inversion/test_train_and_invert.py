@@ -161,6 +161,23 @@ def test_the_case_states_a_discrepancy_and_the_option_replaces_it(doe: Path, mea
     assert width > 2.0 * narrow > 0.0
 
 
+def test_an_uncertain_speed_is_carried_by_two_simulations_which_the_answer_counts(
+    doe: Path, measured: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = load_case("reference_strike", {"inversion.nuisance.speed": "1 m/s"})
+    speeds: list[float] = []
+
+    def counted(case: Case, **options: Any) -> Histories:
+        speeds.append(case.impact.speed)
+        return small_campaign.strike(case, **options)
+
+    monkeypatch.setattr(birdstrike.inversion.forward, "simulate", counted)
+    extras = Extras(posterior=False, refine=0)
+    answer = train_and_invert(doe, measured, tmp_path / "out", method="emulator", case=case, extras=extras)
+    assert answer.known_errors == ("uncertain speed: ± 1 m/s (2 simulations at the first best fit)",)
+    assert len([speed for speed in speeds if speed != case.impact.speed]) == 2
+
+
 def test_mesh_correction_finds_the_truth_that_the_coarse_mesh_misses(
     doe: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

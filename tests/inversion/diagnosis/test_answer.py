@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
-from birdstrike.inversion.diagnosis.answer import _meaning, reaches_limit
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.diagnosis import answer
+from birdstrike.inversion.diagnosis.answer import _meaning, consistency, parameters, reaches_limit
+from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.results.diagnosis import AMBIGUOUS, ATTRIBUTED, NO_RESIDUAL, UNEXPLAINED, EffectFigures
 from birdstrike.inversion.results.diagnosis_text import OPPOSITES, in_its_sense, magnitude_words, next_step, sentence_of
 from birdstrike.reports.sections.diagnosis import magnitude
@@ -96,6 +101,26 @@ def test_the_largest_looked_at_is_that_of_its_own_side(
     """A bird 8.5 m/s slower, the least looked at, was told with 95 % in -8.5 .. -6.08 m/s; it was 15 m/s slower: its
     response bends, so that -8.5 m/s is of size -4.12 and +8.5 m/s of size 5."""
     assert reaches_limit(h, interval, limits) is reached
+
+
+@pytest.mark.parametrize(("sd", "known"), [(0.10, True), (0.13, False)])
+def test_a_parameter_is_identified_by_the_inversions_rule(
+    sd: float, known: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Interval 3.92 sd against half of 0.876, the width of the prior of a range with its ends cut off."""
+    space = ParameterSpace(("MU",), ("Pa s",), np.array([0.0]), np.array([1.0]), ("",))
+    plan = SimpleNamespace(space=space, prior=NormalPrior.of_ranges(1))
+    shot: Any = SimpleNamespace(name="a", setup=SimpleNamespace(plan=plan))
+    fit: Any = SimpleNamespace(interval=lambda *_: (np.array([0.5]), np.array([sd])))
+    monkeypatch.setattr(answer, "estimate", lambda *_: (np.array([0.5]), None))
+    model: Any = None
+    assert parameters(fit, shot, model)["MU"]["identified"] is known
+
+
+@pytest.mark.parametrize(("behind", "figure"), [(0.0, 1.0), (2.0, 0.0455), (4.5, 0.0027), (50.0, 1e-4)])
+def test_p_consistent_is_the_difference_of_the_log_evidences_and_nothing_else(behind: float, figure: float) -> None:
+    """2 Phi(-sqrt(2 d)), as docs/file-formats.md says; the best model has 1."""
+    assert consistency(-3.0 - behind, -3.0) == pytest.approx(figure, rel=2e-3)
 
 
 def test_a_magnitude_has_its_digits_and_none_is_plainly_0() -> None:

@@ -14,19 +14,20 @@ from birdstrike.data.histories import Histories
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
     Nuisance,
+    NuisanceRuns,
     case_nuisances,
     discrepancy_columns,
     mesh_columns,
-    nuisance_columns,
     stacked,
     stated_discrepancy,
 )
 from birdstrike.inversion.estimation.locate import InversionOptions
+from birdstrike.inversion.estimation.refinement import refine
 from birdstrike.inversion.invert import invert
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.emulator import Emulator
-from tests.inversion.stand_in import CHANNEL, NAMES, TIME, forward, record, truth
+from tests.inversion.stand_in import CHANNEL, NAMES, TIME, campaign, forward, record, spread, truth
 
 SPEED = Nuisance("speed", "impact.speed", 90.0, 0.9)
 
@@ -40,14 +41,32 @@ def faster(theta: Mapping[str, float]) -> Histories:
 
 def columns(observations: Observations, mode: Mode) -> np.ndarray:
     theta: dict[str, float] = dict(zip(NAMES, map(float, mode.theta), strict=True))
-    return nuisance_columns(faster, [SPEED], theta, observations, mode.t0)
+    return NuisanceRuns(faster, [SPEED]).columns(observations, theta, mode.t0)
 
 
 def test_column_is_the_change_for_one_sigma(dataset: Dataset) -> None:
     observations = observe(record(truth(0.5)), dataset, {CHANNEL: 1e-5})
     theta: dict[str, float] = dict(zip(NAMES, map(float, truth(0.5)), strict=True))
-    found = nuisance_columns(faster, [SPEED], theta, observations, 0.0)
+    found = NuisanceRuns(faster, [SPEED]).columns(observations, theta, 0.0)
     np.testing.assert_allclose(found[:, 0], 0.01 * stacked(forward(theta), observations, 0.0), rtol=1e-9)
+
+
+def test_a_refinement_pays_two_simulations_a_nuisance_whatever_the_runs_that_it_adds() -> None:
+    """Each run that was added moved the best fit, and two more simulations were made there, which nothing counted."""
+    coarse, measured = campaign(spread(16)), record(truth(np.array([0.35, 0.6, 0.45, 0.55])))
+    made: list[Mapping[str, float]] = []
+
+    def counted(theta: Mapping[str, float]) -> Histories:
+        made.append(theta)
+        return faster(theta)
+
+    runs = NuisanceRuns(counted, [SPEED])
+    choice = InversionOptions(noise={CHANNEL: 1e-5}, sampling=None, analyse=False)
+    _, found = refine(
+        coarse, measured, forward, choice, 3, lambda seen, mode: runs.columns(seen, coarse.named(mode.theta), mode.t0)
+    )
+    assert len(found.added) > 1
+    assert [theta["impact.speed"] for theta in made] == pytest.approx([90.9, 89.1])
 
 
 def test_interval_holds_the_truth_of_a_shot_that_was_faster_than_it_was_said_to_be(

@@ -15,9 +15,10 @@ from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling, sample
-from birdstrike.inversion.estimation.prior import NormalPrior, conflicts
+from birdstrike.inversion.estimation.prior import NormalPrior, conflicts, identified
 from birdstrike.inversion.estimation.shots import Shot, joined
 from birdstrike.inversion.invert import invert
+from birdstrike.inversion.models.points import prior_draws
 from birdstrike.inversion.models.scaled import Scale
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.solver.case.settings import Prior
@@ -157,3 +158,21 @@ def test_a_prior_in_a_logarithmic_scale_is_relative() -> None:
     seen = Scale(space).priors(stated)
     assert (seen["a"].mean, seen["a"].sd) == pytest.approx((found.mean[0], found.sd[0]))
     assert seen["b"] == stated["b"]
+
+
+def test_identified_is_an_interval_below_half_of_the_priors_with_its_ends_cut() -> None:
+    """Of a range alone: 0.5 +- 0.289 cut at 0 and 1 has a central 95 % of 0.876, not of 3.92 x 0.289 = 1.13."""
+    before = NormalPrior.of_ranges(1).width()
+    assert before == pytest.approx(0.876, abs=1e-3)
+    assert identified(np.array([0.43, 0.44, 0.56]), before).tolist() == [True, False, False]
+
+
+def test_draws_of_the_prior_have_what_the_case_states(dataset: Dataset, emulator: Emulator) -> None:
+    rng = np.random.default_rng(0)
+    coordinates = parameter_coordinates(dataset, emulator.regions, known(0.4, 0.05))
+    z = (prior_draws(coordinates, 4000, rng) - LOWS) / (HIGHS - LOWS)
+    assert np.all((z >= 0.0) & (z <= 1.0))
+    assert z[:, 2].mean() == pytest.approx(0.4, abs=0.005)
+    assert z[:, 2].std() == pytest.approx(0.05, rel=0.05)
+    spans = np.quantile(z, [0.025, 0.975], axis=0)
+    assert spans[1] - spans[0] == pytest.approx(coordinates.prior.width(), rel=0.05)

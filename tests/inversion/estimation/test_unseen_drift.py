@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.estimation import unseen_drift
 from birdstrike.inversion.estimation.estimates import intervals
 from birdstrike.inversion.estimation.locate import InversionOptions
-from birdstrike.inversion.estimation.unseen_drift import with_drift
+from birdstrike.inversion.estimation.unseen_drift import by_chance, drift_columns, with_drift
 from birdstrike.inversion.invert import invert
 from birdstrike.surrogate.emulator import Emulator
 from tests.inversion.estimation.test_calibration import calibrator
@@ -68,6 +71,37 @@ def test_a_drift_is_carried_beside_an_offset_that_hides_it(dataset: Dataset, emu
     without, within = np.array(held, dtype=np.float64).mean(axis=(0, 2))
     assert without < 0.8, "the drift does not matter: nothing is tested"
     assert within >= 0.9
+
+
+@pytest.mark.parametrize(("points", "columns"), [(1, 0), (2, 0), (3, 2)])
+def test_a_channel_of_one_or_two_points_has_no_drift(
+    dataset: Dataset, emulator: Emulator, points: int, columns: int
+) -> None:
+    problem = calibrator(dataset, emulator, drifting(np.full(4, 0.5), 0.2), NOISE)
+    (channel,) = problem.model.observations.channels
+    found = drift_columns(replace(channel, times=channel.times[:points], values=channel.values[:points]))
+    assert found.shape == (points, columns)
+    assert np.all(np.isfinite(found))
+
+
+@pytest.mark.parametrize(("gain", "kept"), [(14.0, False), (18.4, False), (18.6, True)])
+def test_the_drifts_of_two_channels_must_gain_what_four_nuisances_do_not_by_chance(
+    gain: float, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Chi-square with four degrees exceeds 18.47 once in a thousand, with two 13.82."""
+    assert by_chance(4) == pytest.approx(18.467, abs=1e-3)
+    channels = [SimpleNamespace(name=name, times=np.arange(5.0)) for name in "ab"]
+    observations = SimpleNamespace(channels=channels, split=lambda _: dict.fromkeys("ab", np.zeros(5)))
+    correlation = SimpleNamespace(widened={"a": 2.0, "b": 2.0}, tau={"a": 0.0, "b": 0.0})
+    after = SimpleNamespace(best_fits=lambda _: (SimpleNamespace(cost=100.0 - gain), (), correlation))
+    before: Any = SimpleNamespace(model=SimpleNamespace(observations=observations), with_known=lambda _: after)
+    monkeypatch.setattr(unseen_drift, "drift_columns", lambda channel: np.ones((len(channel.times), 2)))
+    monkeypatch.setattr(unseen_drift, "_estimates", lambda *_: np.zeros(10))
+    monkeypatch.setattr(unseen_drift, "_sentence", lambda *_: "drifts")
+    fits: Any = (SimpleNamespace(cost=100.0), (), correlation)
+    problem, _, said = with_drift(before, fits, 0)
+    assert (problem is after) == kept
+    assert said == (("drifts", "drifts") if kept else ())
 
 
 def test_a_record_without_a_drift_keeps_its_intervals(dataset: Dataset, emulator: Emulator) -> None:

@@ -181,6 +181,7 @@ def test_a_parabolas_peak_is_found_between_its_samples():
     time = np.linspace(0.0, 1.0, 11)
     values = 2.0 - (time - 0.43) ** 2
     assert peak_value(time, values) == pytest.approx(2.0)
+    assert (peak_time(time, 0.1 - values), peak_value(time, 0.1 - values)) == pytest.approx((0.43, -1.9))
     assert peak_time(time, values) == pytest.approx(0.43)
     assert peak_time(time, time) == 1.0
     assert impulse(time, 2.0 + 0.0 * time) == pytest.approx(2.0)

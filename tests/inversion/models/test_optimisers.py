@@ -11,7 +11,15 @@ import pytest
 from birdstrike.cli.calibrate_models import optimised_lines
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.inversion.models.calibrate_models import calibrate_models
-from birdstrike.inversion.models.optimisers import OPTIMISERS, Problem, optimised, refuse_unknown
+from birdstrike.inversion.models.optimisers import (
+    OPTIMISERS,
+    STEP,
+    Problem,
+    differences,
+    from_the_middle,
+    optimised,
+    refuse_unknown,
+)
 from tests.inversion.models import rig
 
 
@@ -39,6 +47,36 @@ def test_a_known_minimum_is_found_and_every_simulation_counted(name: str) -> Non
     few: list[Mapping[str, float]] = []
     stopped = optimised(name, bowl(3, few))
     assert stopped.strikes == len(few) == len({tuple(values.values()) for values in few}) == 3
+
+
+def scattering(unit: np.ndarray) -> np.ndarray:
+    """Linear, least at 0.01 of both ranges, with the scatter that simulations have: 1e-3."""
+    return np.array([1.0, 2.0]) * (unit - 0.01) + 1e-3 * np.sin(3e3 * unit[::-1])
+
+
+def test_derivatives_are_over_a_fixed_share_of_the_range_at_both_of_its_ends() -> None:
+    made: list[np.ndarray] = []
+
+    def residuals(unit: np.ndarray) -> np.ndarray:
+        made.append(unit)
+        return scattering(unit)
+
+    end = np.array([0.002, 0.99])
+    found = differences(residuals, end)
+    np.testing.assert_allclose(made, [end, end + np.array([STEP, 0.0]), end - np.array([0.0, STEP])])
+    np.testing.assert_allclose(found, np.diag([1.0, 2.0]), atol=2e-3 / STEP)
+
+
+def test_least_squares_reaches_a_minimum_at_the_lower_end_and_makes_no_point_twice() -> None:
+    made: list[np.ndarray] = []
+
+    def residuals(unit: np.ndarray) -> np.ndarray:
+        made.append(unit)
+        return scattering(unit)
+
+    found = from_the_middle(residuals, 2)
+    assert found.x == pytest.approx([0.01, 0.01], abs=2e-3)
+    assert len({point.tobytes() for point in made}) == len(made)
 
 
 def test_a_simulation_that_fails_is_no_minimum() -> None:

@@ -250,3 +250,16 @@ def test_readings_of_a_slower_channel_that_are_alike_are_all_kept() -> None:
 def test_a_slow_motion_in_steps_of_a_digitiser_is_not_held() -> None:
     clock = STEP * np.arange(400)
     assert not held(np.round(clock / 5e-5) * 1e-4).any()
+
+
+def test_a_hum_takes_four_degrees_of_freedom_from_the_level_before_contact() -> None:
+    clock = STEP * np.arange(3000)
+    wave = 1e-3 * np.sin(2.0 * np.pi * 50.0 * clock)
+    noise = np.random.default_rng(0).normal(0.0, SIGMA, len(clock))
+    line, hum = (BeforeContact.of(clock[:12], noise[:12], 1.0), BeforeContact.of(clock, wave + noise, 1.0))
+    assert (line.hum, line.freedom) == (0.0, 10)
+    assert (hum.hum, hum.freedom) == (50.0, 2996)
+    stated = Stated(2.0 * SIGMA, None, np.arange(5), np.ones(len(clock), dtype=bool))
+    found, (said, *_) = channel_noise(CHANNEL, "m", 1.0, hum, stated)
+    assert found.freedom == 2996.0
+    assert "over 3000 points" in said
