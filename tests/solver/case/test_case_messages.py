@@ -204,3 +204,25 @@ def test_a_model_s_name_and_keys_are_known_ones(model: str, key: str, said: str)
 def test_an_effect_of_one_sensor_is_its_instrument_s(effect: str, key: str) -> None:
     (line,) = errors_with({f"effects.{effect}.displacement_centre": "0.05"})
     assert f"of one sensor alone write instrument.displacement_centre.{key} (such as " in line
+
+
+@pytest.mark.parametrize(
+    ("name", "sigma", "settings", "said"),
+    [
+        ("angle", "1 deg", {"impact.angle": "90 deg"}, "impact.angle = 90 deg .* no angle is beyond that of a normal"),
+        ("angle", "1 deg", {"impact.direction": "[0.0, 0.0, -1.0]"}, "impact.angle = 90 deg .* no angle is beyond"),
+        ("angle", "20 deg", {"impact.angle": "15 deg"}, "leave 1 deg .. 90 deg; state a smaller one"),
+        ("speed", "95 m/s", {"impact.speed": "90 m/s"}, "impact.speed = 90 m/s .* leave 0.1 m/s .. 1000 m/s"),
+    ],
+)
+def test_an_uncertain_quantity_is_a_case_at_a_deviation_on_either_side(
+    name: str, sigma: str, settings: dict[str, str], said: str
+) -> None:
+    """What `train-and-invert` would fail at after its campaign."""
+    (line,) = errors_with({f"inversion.nuisance.{name}": sigma, **settings})
+    assert re.search(rf"^inversion\.nuisance\.{name} = {sigma}: .*{said}", line)
+
+
+def test_the_uncertainty_of_what_is_sought_is_its_range() -> None:
+    sought = {'inversion.parameters."impact.angle".range': '["60 deg", "90 deg"]', "impact.angle": "90 deg"}
+    assert load_case("reference_strike", {**sought, "inversion.nuisance.angle": "1 deg"})
