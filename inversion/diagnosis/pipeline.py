@@ -214,7 +214,7 @@ class Pipeline:
             close = [*close, *_worse_held_out(chosen, held)]
         if chosen:
             held = {**held, chosen: predicted_parts(ranking.models[chosen].members[0], held[chosen])}
-        shot, detectable = self.shots[0], minimum_detectable(ranking)
+        shot, detectable = self.shots[0], minimum_detectable(ranking, self.options.alpha)
         best = runs.get(f"{self._shot_with(ranking, chosen)} after")
         figures = effect_figures(ranking, required, chosen if best else None)
         proposal = propose(ranking, shot, verdict != NO_RESIDUAL and of_another_bird(bird))
@@ -317,7 +317,7 @@ class Pipeline:
         return {
             "shots": [shot.name.removeprefix("baseline ") for shot in self.baselines.shots],
             "residual_rms": rms,
-            "gain": gain(detectable, minimum_detectable(without)),
+            "gain": gain(detectable, minimum_detectable(without, self.options.alpha)),
             "same_bird": self._same_bird(ranking),
             "bird": {
                 "stated": self.options.baseline_bird,

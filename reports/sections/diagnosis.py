@@ -166,6 +166,11 @@ def _bias(before: Mapping[str, Any], after: Mapping[str, Any] | None) -> str:
     return quantity(before["value"] - after["value"], before["unit"])
 
 
+WITHOUT_BASELINE = (
+    "; without a baseline the alarm is mostly quiet at it, because a model error that is not known explains it too"
+)
+
+
 def effects_section(results: DiagnosisResults) -> Section:
     """Every effect: probability, magnitude, required model error, what could have been detected."""
     found = results.found
@@ -174,9 +179,10 @@ def effects_section(results: DiagnosisResults) -> Section:
     rows = tuple(_row(one, found.minimum_detectable.get(one.name)) for one in listed)
     words = (
         f"The {len(rows)} likeliest of {len(found.effects)}; a probability is that of an effect alone and in "
-        "pairs. Least detectable: the magnitude that a shot like this shows four times of five, at a false-alarm rate "
-        "of 5 %. Most alike: cosine between the changes of the record, once the parameters have taken their "
-        "part; at 1 no record of these sensors separates the two."
+        "pairs. Least detectable: the magnitude that a test of this effect alone finds four times of five, at a "
+        f"false-alarm rate of {100 * found.alpha:g} %{'' if found.baseline else WITHOUT_BASELINE}. Most alike: cosine "
+        "between the changes of the record, once the parameters have taken their part; at 1 no record of these sensors "
+        "separates the two."
     )
     blocks: list[Block] = [Table(head, rows, words, frozenset({1, 3, 4}))]
     if found.pairs:
