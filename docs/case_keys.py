@@ -243,7 +243,8 @@ SETTINGS = {
     "inversion.nuisance.thickness": "Of the plate's thickness, one standard deviation.",
     "inversion.nuisance.angle": "Of the impact's angle, one standard deviation.",
     "inversion.discrepancy.<sensor>": "Slow error of the model, one standard deviation, as a share of the largest "
-    "value that the sensor recorded; `train-and-invert --discrepancy` replaces it for every sensor.",
+    "value that the sensor recorded; `train-and-invert --discrepancy` replaces it for every sensor. A diagnosis takes "
+    "one for each kind of sensor, the largest.",
 }
 EXTERNAL = {
     "external.command": "Words of the command; `{input}` stands for the deck's name.",

@@ -263,7 +263,7 @@ def _rms(histories: Histories, time: Array, curves: Mapping[str, Array], case: C
 def signal(stated: Mapping[str, Any], truth: Truth, case: Case, shots: int) -> float | None:
     """The effect's change in the record, whitened, less what the parameters imitate; None without paired simulations.
 
-    A fault of one sensor or an effect of one shot is in the first shot alone; a change of the rig is in every shot.
+    An effect of one shot is in that shot alone; a change of the rig and a fault of a sensor are in every shot.
     """
     if WITHOUT not in truth.curves or SHOTS[0] not in stated:
         return None

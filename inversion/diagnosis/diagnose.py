@@ -201,7 +201,8 @@ def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
     Before anything is simulated. heldout: of the first case, with the channels of the first record alone.
     """
     first = shots[0]
-    if errors := [error for one in shots[1:] for error in apart(one.case, first.case)]:
+    rigs = [error for one in shots[1:] for error in apart(one.case, first.case)]
+    if errors := [*rigs, *(error for one in shots[1:] for error in _other_discrepancy(one.case, first.case))]:
         raise CaseError(errors)
     records = [(one.record, one.case) for one in shots]
     if heldout is not None:
@@ -237,6 +238,17 @@ def apart(case: Case, first: Case) -> list[str]:
         f'inversion.parameters."{name}" is {sought(own.get(name))} in case {case.name} and {sought(theirs.get(name))} '
         f"in case {first.name}: shots share their parameters, with their ranges and priors; state them alike in both"
         for name in differ
+    ]
+
+
+def _other_discrepancy(case: Case, first: Case) -> list[str]:
+    """Where two cases state different model errors of one sensor; what one of them alone states holds for both."""
+    own, theirs = case.inversion.discrepancy, first.inversion.discrepancy
+    return [
+        f"inversion.discrepancy.{sensor} = {100 * own[sensor]:g} % in case {case.name} and {100 * theirs[sensor]:g} % "
+        f"in case {first.name}: shots share the model's error; state it alike in both, or in one of them"
+        for sensor in own
+        if own[sensor] != theirs.get(sensor, own[sensor])
     ]
 
 

@@ -160,11 +160,15 @@ class Pipeline:
         return likelier(*(one.manageable() for one in both))
 
     def _known(self, kinds: Sequence[str]) -> Amplitudes:
-        """The discrepancy's amplitudes from baselines, from the case, or unknown."""
-        case, stated = self.shots[0].setup.plan.case, dict[str, float]()
-        for sensor, share in case.inversion.discrepancy.items():
-            kind = case.sensors[sensor].kind
-            stated[kind] = max(share, stated.get(kind, 0.0))
+        """The discrepancy's amplitudes from baselines, from the cases, or unknown: one for each kind of sensor.
+
+        Of sensors of one kind for which several are stated, the largest.
+        """
+        stated = dict[str, float]()
+        for case in (shot.setup.plan.case for shot in self.shots):
+            for sensor, share in case.inversion.discrepancy.items():
+                kind = case.sensors[sensor].kind
+                stated[kind] = max(share, stated.get(kind, 0.0))
         if not self.baselines.shots:
             return unknown_or_stated(kinds, stated, len(self.shots) > 1)
         found = [fit.evidence.amplitudes for _, fit in self.baselines.fits.values()]
@@ -372,9 +376,8 @@ class Pipeline:
                 f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
                 "or something that is not in the library looks like it"
             )
-        first = self.shots[0]
-        stated = {name for name, sigma in first.setup.plan.case.inversion.nuisance.items() if sigma > 0.0}
-        if lacking := sorted(stated - set(first.nuisances)):
+        lacking = dict.fromkeys(name for shot in self.shots for name in _not_carried(shot))
+        if lacking:
             found.append(
                 f"inversion.nuisance of {', '.join(lacking)} is not carried: the case seeks or states the same "
                 "quantity as a parameter or an effect, or its simulations failed; the answer takes the declared value "
@@ -405,6 +408,12 @@ class Pipeline:
                 "changed with --baseline, which shows it"
             )
         return [*found, *self._of_birds(ranking)]
+
+
+def _not_carried(shot: Shot) -> list[str]:
+    """Uncertain quantities that the shot's case states, and the answer does not carry."""
+    stated = {name for name, sigma in shot.setup.plan.case.inversion.nuisance.items() if sigma > 0.0}
+    return sorted(stated - set(shot.nuisances))
 
 
 def _prior_conflicts(shot: Shot, ranking: Ranking, model: str) -> list[str]:

@@ -84,7 +84,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class JointForward:
-    """Every shot's forward model at the same parameters, one after the other; equal ones run once."""
+    """Every shot's forward model at the same parameters, one after the other; one that shots share runs once."""
 
     parts: tuple[Forward, ...]
     time: Array
@@ -93,7 +93,7 @@ class JointForward:
         """All channels on the common clock; the first shot's summary. Raises RunFailed."""
         runs: list[tuple[Forward, Histories]] = []
         for part in self.parts:
-            known = [run for other, run in runs if other == part]
+            known = [run for other, run in runs if other is part]
             runs.append((part, known[0] if known else part(theta)))
         channels: dict[str, Array] = {}
         units: dict[str, str] = {}

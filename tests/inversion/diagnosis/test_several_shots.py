@@ -12,14 +12,15 @@ import pytest
 from matplotlib.figure import Figure
 
 from birdstrike.data.curves import LONGEST, Measured, shot_names
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.formatting import quantity
+from birdstrike.inversion.diagnosis.baseline import Baselines
 from birdstrike.inversion.diagnosis.before_and_after import other_record
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, described, diagnose, matched
-from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
+from birdstrike.inversion.diagnosis.discrepancy import STATED, Amplitudes
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.model_file import model_table
-from birdstrike.inversion.diagnosis.pipeline import _left_out
+from birdstrike.inversion.diagnosis.pipeline import Pipeline, _left_out
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Record, Shot
 from birdstrike.inversion.diagnosis.solver_update import _on
@@ -31,7 +32,7 @@ from birdstrike.inversion.results.diagnosis_text import _errors
 from birdstrike.reports.explore.kinds.diagnosis import read
 from birdstrike.reports.export.exported import read_export
 from birdstrike.reports.page.diagnosis import write_diagnosis_page
-from birdstrike.solver.case.case import load_case
+from birdstrike.solver.case.case import Case, load_case
 from tests.diagnoses import diagnosis, state
 from tests.inversion.diagnosis.rig import few_simulations, tiny
 from tests.inversion.diagnosis.test_late_and_slow import CENTRE, NOISE, SIDE, TIME, deflections, strike
@@ -381,3 +382,25 @@ def test_a_fault_of_a_sensor_that_the_first_shot_lacks_is_told_where_it_is(tmp_p
     corrected = load_case(tmp_path / (found.case_after or ""))
     assert corrected.impact.speed == pytest.approx(FAST.impact.speed)
     assert corrected.instrument[CENTRE].gain == pytest.approx(1.06, abs=0.01)
+
+
+def stating(share: str, sensor: str = CENTRE) -> Case:
+    return FAST.overlaid({"inversion": {"discrepancy": {sensor: share}}})
+
+
+def test_a_model_error_that_one_of_the_cases_states_holds_for_all() -> None:
+    def known(*cases: Case) -> str:
+        shots = [SimpleNamespace(setup=SimpleNamespace(plan=SimpleNamespace(case=case))) for case in cases]
+        one: Any = SimpleNamespace(shots=shots, baselines=Baselines())
+        return Pipeline._known(one, ["displacement"]).source
+
+    assert known(tiny(), tiny()) != STATED
+    assert known(stating("3 %"), tiny()) == known(tiny(), stating("3 %")) == STATED
+
+
+def test_two_model_errors_of_one_sensor_are_refused(tmp_path: Path) -> None:
+    records = [shot("slow", 80.0, 1, CENTRE), shot("fast", 110.0, 2, CENTRE)]
+    own = tiny().overlaid({"inversion": {"discrepancy": {CENTRE: "2 %"}}})
+    with pytest.raises(CaseError, match=rf"inversion.discrepancy.{CENTRE} = 3 % in case .* and 2 % in case .* alike"):
+        diagnose([own, stating("3 %")], records, tmp_path)
+    assert not [*tmp_path.iterdir()]
