@@ -85,8 +85,8 @@ def edges_of(edges: str | EdgeSprings) -> str | EdgeStiffness:
 def turned(points: Array, impact: Impact) -> Array:
     """Points (n, 3) of a bird, its axis along x, turned into the direction of flight.
 
-    That is (cos angle, 0, -sin angle), turned about z by the heading. The axis then makes the angle `yaw` with it, its
-    nose turned towards y, and `pitch`, its nose raised.
+    That is (cos angle, 0, -sin angle), turned about z by the heading. Out of it the axis turns by `yaw`, its nose
+    towards y, and then by `pitch`, its nose raised; where one is 0 the other is the angle between axis and velocity.
     """
     angle = impact.angle
     along, across = np.array([math.cos(angle), 0.0, -math.sin(angle)]), np.array([0.0, 1.0, 0.0])
@@ -120,7 +120,9 @@ def surface_in_flight(case: Case) -> Array:
     Every ring about the bird's axis has a point where it lies lowest.
     """
     bird, impact = case.bird, case.impact
-    roll = math.atan2(math.sin(impact.yaw) * math.sin(impact.angle), math.cos(impact.angle))
+    yaw, pitch, angle = impact.yaw, impact.pitch, impact.angle
+    upright = math.cos(pitch) * math.cos(angle) + math.sin(pitch) * math.cos(yaw) * math.sin(angle)
+    roll = math.atan2(math.sin(yaw) * math.sin(angle), upright)
     return turned(outline(bird.shape, bird.diameter, bird.length, roll), impact)
 
 

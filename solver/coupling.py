@@ -45,8 +45,14 @@ class Steps:
 def bird_and_step(case: Case) -> tuple[BirdBody, float, float]:
     """The bird, when it is there [s] (`build_bird`), and its stable step [s].
 
-    Raises CaseError where its law has no sound speed behind the impact's shock.
+    Raises CaseError where its law has no sound speed at rest or behind the impact's shock, or its mesh no volume.
     """
+    law = case.bird.material.law
+    if law is not None and not law.build(case.bird.actual_density).sound_speed > 0.0:
+        raise CaseError(
+            "bird.material.eos has no sound speed at rest: its pressure must rise with density there; check its "
+            "constants"
+        )
     try:
         with np.errstate(invalid="ignore"):
             bird, begin = build_bird(case)
@@ -54,9 +60,10 @@ def bird_and_step(case: Case) -> tuple[BirdBody, float, float]:
     except ValueError:
         bird, begin, step = None, 0.0, math.nan
     if bird is None or not 0.0 < step < math.inf:
+        where = "bird.material" if law is None else "bird.material.eos"
         raise CaseError(
-            f"bird.material.eos has no shock of {case.normal_speed:.4g} m/s, normal to the plate: its pressure must "
-            "rise with density; check its constants, or lower impact.speed"
+            f"{where} has no shock of {case.normal_speed:.4g} m/s, normal to the plate: its pressure must rise with "
+            "density; check its constants, or lower impact.speed"
         )
     return bird, begin, step
 

@@ -27,6 +27,7 @@ from birdstrike.questions.answers import Answers, Key, Question
 from birdstrike.questions.checks import Check, of_case, of_choice, of_count, of_limits, of_pair, of_range, yes_or_no
 from birdstrike.questions.clock import duration
 from birdstrike.solver.bird.shape import SHAPES
+from birdstrike.solver.case.bird import PARTICLES
 from birdstrike.solver.fields import Between
 from birdstrike.solver.sensors.registry import SENSORS
 from birdstrike.solver.sensors.sensor import PLACE
@@ -347,7 +348,7 @@ class Interview:
         """The meshes of bird and plate."""
         level = self.choice(("effort", "level"), "Effort: detail of the model", "standard", *LEVELS)
         particles, shells = LEVELS[level]
-        check, allowed = of_count(50, 1_000_000)
+        check, allowed = of_count(PARTICLES.low, PARTICLES.high)
         text = "Effort: particles of the bird"
         found: dict[str, Any] = {
             "bird.particles": self.ask(("effort", "particles"), text, particles, check, allowed),

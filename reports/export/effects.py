@@ -147,7 +147,10 @@ class _Writer:
         place = self.place(effect.name)
         if place is None:
             return comments(self.sign, [_without_card(effect, self.system)])
-        return list(place(effect, effect.changed, number))
+        try:
+            return list(place(effect, effect.changed, number))
+        except UserError as error:
+            return comments(self.sign, [f"It has no card here: {error}."])
 
     def place(self, name: str) -> Callable[[FoundEffect, Case, int], Iterator[str]] | None:
         """What writes an effect's cards; None for one that has none."""
@@ -201,12 +204,18 @@ def _damping(case: Case, system: UnitSystem) -> float:
     return system.value(2.0 * rate, "1/s")
 
 
+MATERIAL = {"bird_porosity": "the bird's equation of state", "rivet_strength": "the strengths of the rivets"}
+"""Effects on constants that no common card holds."""
+
+
 def _without_card(effect: FoundEffect, system: UnitSystem) -> str:
     known = effects()[effect.name]
     if known.group == "instrument":
         return (
             "It is of the instrument: nothing changes in the deck; correct the record, or the curve that you compare."
         )
+    if effect.name in MATERIAL:
+        return f"It has no card of its own: it changes {MATERIAL[effect.name]}; read its constants from the case."
     lengths: Mapping[str, str] = {"m": f"; {system.value(effect.magnitude, 'm'):.7g} {system.base['length']}"}
     return (
         f"It has no card of its own: change the geometry or the initial state of the deck{lengths.get(known.unit, '')}."

@@ -67,6 +67,15 @@ def _remarks(model: StrikeModel) -> Iterator[str]:
         "Formulations: Belytschko-Tsay shells (ELFORM 2) with five points, "
         + ("one-point solids." if len(model.bird.cells) else "particles by the default SPH (FORM 0).")
     )
+    radial = [part.name for part in model.parts if getattr(part.material, "return_mapping", "") == "radial"]
+    if radial and any(part.moves for part in model.parts):
+        yield (
+            f"The case returns the stress of {', '.join(radial)} radially to the yield surface (return_mapping); these "
+            "shells return it to the closest point."
+        )
+    solver = model.case.solver
+    if len(model.bird.cells) and (solver.hourglass is not None or solver.hourglass_coefficient is not None):
+        yield "Hourglass control of the bird is this code's own (HGID 0), not the case's solver.hourglass."
     yield "Contact: AUTOMATIC_NODES_TO_SURFACE with SOFT = 1, because the bird is far softer than the target."
 
 

@@ -131,7 +131,8 @@ def _piecewise(
 ) -> list[str]:
     failure = 1e21 if material.failure_strain is None else material.failure_strain
     rate = (system.value(material.rate_c, "1/s"), material.rate_p if material.rate_c else 0.0)
-    first = system.value(float(stress[0]), "Pa")
+    # with rates by VP = 1 a SIGY above 0 would be scaled in place of the curve, and added to it
+    first = 0.0 if material.rate_c else system.value(float(stress[0]), "Pa")
     curve = [columns((float(x), 20), (system.value(float(y), "Pa"), 20)) for x, y in zip(strain, stress, strict=True)]
     return [
         "*MAT_PIECEWISE_LINEAR_PLASTICITY",

@@ -146,6 +146,11 @@ def bird_mesh(shape: str, diameter: float, length: float, volume: float, element
         mesh = lengthened(HexMesh(radius * ball.nodes, ball.cells), length - diameter, counts.along)
     else:
         raise UserError(f"bird.shape = {shape} has no mesh of hexahedra")
+    if not len(mesh.cells) or not mesh.volumes.min() > 0.0:
+        raise UserError(
+            f"bird.particles = {elements}: so few hexahedra do not fill a {shape} of {1e3 * diameter:.4g} by "
+            f"{1e3 * length:.4g} mm; raise it, or choose particles: bird.method = sph"
+        )
     return HexMesh(mesh.nodes * (volume / mesh.volumes.sum()) ** (1.0 / 3.0), mesh.cells)
 
 

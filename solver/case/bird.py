@@ -16,6 +16,8 @@ from birdstrike.solver.fields import Between, Count, OneOf, Section, Switch
 MASS, DENSITY = Between("0.001 kg", "50 kg"), Between("50 kg/m^3", "3000 kg/m^3")
 SLENDERNESS = Between(1.0, 10.0)
 
+PARTICLES = Count(100, 200_000)
+
 
 class Bird(Section):
     """Idealised bird, `length` overall. Its size and density come from
@@ -35,7 +37,7 @@ class Bird(Section):
     slenderness: Annotated[float, SLENDERNESS] | None = None
     statistics: Annotated[bool, Switch()] = False
     method: Annotated[str, OneOf(("sph", "hexahedra"))] = "sph"
-    particles: Annotated[int, Count(100, 200_000)] = 4500
+    particles: Annotated[int, PARTICLES] = 4500
     lattice: Annotated[str, OneOf(("fcc", "cubic"))] = "fcc"
     jitter: Annotated[float, Between(0.0, 0.3)] = 0.0
     seed: Annotated[int, Count(0, 2_000_000_000)] = 0

@@ -30,7 +30,7 @@ class PlateMaterial(Section):
     yield_stress: Annotated[float, Between("1 MPa", "10000 MPa")]
     tangent_modulus: Annotated[float, Between("0 MPa", "100000 MPa")] = 0.0
     beta: Annotated[float, Between(0.0, 1.0)] = 1.0
-    rate_c: Annotated[float, Between("0 1/s", "1e9 1/s")] = 0.0
+    rate_c: Annotated[float, Between("0 1/s", "1e30 1/s")] = 0.0
     rate_p: Annotated[float, Between(0.1, 100.0)] = 1.0
     failure_strain: Annotated[float, Between(0.001, 10.0)] = 10.0
 

@@ -27,6 +27,8 @@ def _pressure_at_rest(case: Case) -> list[str]:
         return []
     eos = law.build(case.bird.actual_density)
     p = eos.pressure_at_rest
+    if not eos.sound_speed > 0.0:
+        return []  # refused when the bird is built
     if abs(p) <= REST * eos.bulk_modulus:
         return []
     given = [f"bird.material.eos.{name}" for name in AT_REST if getattr(law, name, 0.0)]

@@ -40,6 +40,9 @@ SLOPES_AGREE = math.radians(0.1)
 """Between an angle and a direction that are both given: what a user's rounding makes of one slope."""
 NAMED_TABLES = ("generator", "parts", "materials", "ties", "rivets")
 """Tables of a target without which none of their quantities can be sought."""
+SHIFTED = 0.15
+"""Share of the spacing by which two particles may each be shifted and still not repel: (1 - 0.7)/2, by
+`bird.sph_strength.REPULSION`."""
 UNCERTAIN = {
     "speed": "impact.speed",
     "mass": "bird.mass",
@@ -77,7 +80,7 @@ def _idle(raw: Raw, key: str, whom: str, otherwise: str) -> Iterator[str]:
 def bird_rules(raw: Raw) -> Iterator[str]:
     """One line for every broken rule about the bird of a case as read from its file."""
     if isinstance(raw.get("bird"), dict):
-        for rule in (_size, _density, _length, _material):
+        for rule in (_size, _density, _length, _material, _jitter):
             yield from rule(raw)
     yield from _sought(raw)
 
@@ -156,6 +159,16 @@ def _material(raw: Raw) -> Iterator[str]:
         kind = kinds.chosen(table)
         if kind is not None:
             yield from kind.broken_rules(table, key)
+
+
+def _jitter(raw: Raw) -> Iterator[str]:
+    """Particles with strength repel each other when they clump; shifted farther, they would at rest."""
+    kind, jitter = BIRD_MATERIALS.chosen(at(raw, "bird.material")), si(raw, "bird.jitter")
+    if kind is not None and kind.body == "strength" and jitter is not None and jitter > SHIFTED:
+        yield (
+            f"bird.jitter = {jitter:g} shifts particles of a {at(raw, 'bird.material.model')} bird so near to each "
+            f"other that they repel before the impact; at most {SHIFTED:g}"
+        )
 
 
 def _sought(raw: Raw) -> Iterator[str]:

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails
 
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.case.plate import EDGE_WORDS, EdgeSprings
 from birdstrike.solver.fields import Between, OneOf, Section, WordOr, complaint
@@ -256,22 +256,37 @@ class Target(TargetMesh):
         has = key in type(material).model_fields or (key == "yield_stress" and "a" in type(material).model_fields)
         return "" if has else f'materials.{self.struck_part.material} is of law = "{material.law}", which has no {key}'
 
+    def _of_its_law(self, constants: Mapping[str, Any]) -> dict[str, Any]:
+        """Constants of a plate's metal by the names that the struck part's law has for them; raises CaseError."""
+        known = type(self.materials[self.struck_part.material]).model_fields
+        found = {"a" if key == "yield_stress" and key not in known else key: value for key, value in constants.items()}
+        if lost := [key for key in found if key not in known]:
+            raise CaseError(self.lacks(key) for key in lost)
+        return found
+
     def changed(self, changes: Mapping[str, Any]) -> dict[str, Any]:
-        """Changes of a case in which those of the plate act on the struck part, its material and all supports."""
+        """Changes of a case in which those of the plate act on the struck part, its material and all supports.
+
+        Raises CaseError for a change of a plate that a target has no place for.
+        """
         plate = changes.get("plate")
         if plate is None:
             return dict(changes)
+        if lost := [key for key in plate if key not in OF_A_TARGET]:
+            raise CaseError(f"plate.{key} of an effect has no place in a target" for key in lost)
         target: dict[str, Any] = {key: plate[key] for key in ("damping",) if key in plate}
         if "thickness" in plate:
             target["parts"] = {self.struck_name: {"thickness": plate["thickness"]}}
         if "edges" in plate:
             target["supports"] = dict.fromkeys(self.supports, plate["edges"])
         if "material" in plate:
-            known = type(self.materials[self.struck_part.material]).model_fields
-            own = {key if key in known else "a": value for key, value in plate["material"].items()}
-            target["materials"] = {self.struck_part.material: own}
+            target["materials"] = {self.struck_part.material: self._of_its_law(plate["material"])}
         kept = {key: value for key, value in changes.items() if key not in ("plate", "target")}
         return kept | {"target": {**changes.get("target", {}), **target}}
+
+
+OF_A_TARGET = ("damping", "thickness", "edges", "material")
+"""Keys of a plate that have a place in a target."""
 
 
 def parts_of_mesh(target: Any) -> tuple[str, ...] | None:
@@ -364,4 +379,4 @@ def envelope(target: Target) -> dict[str, Any]:
             metal[key] = quantity_text(value, unit) if unit else value
     held = next(iter(target.supports.values()), "free")
     edges = held if isinstance(held, str) else held.texts()
-    return plate | {"edges": edges, "material": metal}
+    return plate | {"edges": edges, "material": metal, "damping": quantity_text(target.damping, "1/s")}

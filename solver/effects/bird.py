@@ -34,6 +34,12 @@ def _length(case: Declared, change: float) -> Table:
     return _size(case, case.bird.actual_density, case.bird.length + change)
 
 
+def _shortest(case: Declared) -> float:
+    """The change down to nothing; a cylinder with round ends is at least as long as these."""
+    ends = case.bird.diameter if case.bird.shape == "hemispherical_cylinder" else 0.0
+    return ends - case.bird.length
+
+
 def _porosity(case: Declared, change: float) -> Table:
     """The bird's law with a share of air in series, at the bird's mass and size."""
     eos = case.bird.material.eos
@@ -92,7 +98,7 @@ BIRD = (
         "m",
         _length,
         lambda case: 0.03 * case.bird.length,
-        lambda case: case.bird.diameter - case.bird.length,
+        _shortest,
         _sphere,
         GROUP,
         "a cast bird's overall length: a few per cent; the mass follows",

@@ -129,11 +129,15 @@ def _rate_hardening(case: Declared, change: float) -> Table:
     """Cowper-Symonds sigma_y [1 + (rate/C)^(1/p)] with C = RATE / gain^p."""
     gain, p = _gain(case) + change, case.plate.material.rate_p if case.plate.material.rate_c else ALUMINIUM_P
     c = RATE / gain**p if gain > 0.0 else 0.0
-    return {"plate": {"material": {"rate_c": quantity_text(min(c, 1e9), "1/s"), "rate_p": p}}}
+    return {"plate": {"material": {"rate_c": quantity_text(c, "1/s"), "rate_p": p}}}
 
 
 def _preload(case: Declared, change: float) -> Table:
     return {"plate": {"preload": [quantity_text(value + change, "Pa") for value in case.plate.preload]}}
+
+
+def _curved(case: Declared) -> str:
+    return "a curved panel holds no tension along its arc" if case.plate.radius is not None else ""
 
 
 def _rivets(case: Declared, change: float) -> Table:
@@ -253,7 +257,7 @@ PLATE = (
             10.0 * bending_stiffness(case) / (min(case.plate.length, case.plate.width) ** 2 * case.plate.thickness)
         ),
         lambda _: -math.inf,
-        lambda case: _without("preload", case) or _no_edges("in_plane", case),
+        lambda case: _without("preload", case) or _no_edges("in_plane", case) or _curved(case),
         GROUP,
         "membrane stress, alike both ways; size: a fifth of what buckles a clamped square (Timoshenko & Gere, 1961)",
     ),

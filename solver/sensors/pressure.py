@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between
-from birdstrike.solver.sensors.sensor import Placed, Reading, Run
+from birdstrike.solver.sensors.sensor import Placed, PlateText, Reading, Run, overhang
 
 if TYPE_CHECKING:  # the types bring in the compiled kernels, which loading a case has no use for
     from birdstrike.solver.bird.body import BirdBody
     from birdstrike.solver.contact import Contact
 
+RADIUS = Between("0.1 mm", "1000 mm")
 FEWEST_SPACINGS = 3.0  # of a gauge's radius
 
 
@@ -30,7 +31,19 @@ class Pressure(Placed):
     noun: ClassVar = "a pressure gauge"
 
     kind: Literal["pressure"] = "pressure"
-    radius: Annotated[float, Between("0.1 mm", "1000 mm")] = 0.01
+    radius: Annotated[float, RADIUS] = 0.01
+
+    @classmethod
+    def broken_rules(cls, name: str, table: Mapping[str, Any], plate: PlateText, /) -> Iterator[str]:
+        """Its disc lies on the plate whole, over whose area the force is divided."""
+        yield from super().broken_rules(name, table, plate)
+        radius = RADIUS.valid(table.get("radius", "10 mm"))
+        reaches = () if radius is None else (radius, radius)
+        for key, beyond in overhang(table.get("at", ["0 mm", "0 mm"]), reaches, plate):
+            yield (
+                f"sensors.{name}.radius = {table.get('radius', '10 mm')}: the gauge reaches {1e3 * beyond:.3g} mm "
+                f"beyond the plate (plate.{key} = {plate.texts[key]}); a smaller gauge, or another place?"
+            )
 
     def reading(self, run: Run, /) -> Reading:
         gauge = disc(self, run)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Protocol
 
@@ -69,6 +69,19 @@ class PlateText:
     texts: Mapping[str, Any]
     sizes: Mapping[str, float | None]
     rigid: bool
+
+
+def overhang(place: Any, reaches: Sequence[float], plate: PlateText) -> Iterator[tuple[str, float]]:
+    """Side of the plate and length [m] by which a sensor of these half sizes [m] hangs over it.
+
+    place: texts along length and width, as the file has them; a middle that is not on the plate is told elsewhere.
+    """
+    for text, key, reach in zip(place if isinstance(place, list) else (), ("length", "width"), reaches, strict=False):
+        offset, size = PLACE.valid(text), plate.sizes[key]
+        if offset is None or size is None or abs(offset) > 0.5 * size:
+            continue
+        if (beyond := abs(offset) + reach - 0.5 * size) > 1e-9 * size:
+            yield key, beyond
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,13 @@ from birdstrike.data.histories import Array
 from birdstrike.data.units import ACCEPTED
 from birdstrike.solver.fields import Between, OneOf
 from birdstrike.solver.sensors.sensor import (
-    PLACE,
     Along,
     Placed,
     PlateText,
     Reading,
     Run,
     deformable,
+    overhang,
     shell_is_gone,
     torn,
 )
@@ -169,19 +169,14 @@ class Strain(Placed):
 def _ends(name: str, table: Mapping[str, Any], plate: PlateText) -> Iterator[str]:
     """Both ends of a gauge lie on the plate, as its middle does."""
     length, turned = LENGTH.valid(table.get("length")), DIRECTION.valid(table.get("direction", "0 deg"))
-    place = table.get("at", ["0 mm", "0 mm"])
-    if length is None or turned is None or not isinstance(place, list) or "along" in table:  # else by `misplaced`
+    if length is None or turned is None or "along" in table:  # else by `misplaced`
         return
-    for text, key, reach in zip(place, ("length", "width"), (math.cos(turned), math.sin(turned)), strict=False):
-        offset, size = PLACE.valid(text), plate.sizes[key]
-        if offset is None or size is None or abs(offset) > 0.5 * size:
-            continue
-        beyond = abs(offset) + 0.5 * length * abs(reach) - 0.5 * size
-        if beyond > 1e-9 * size:
-            yield (
-                f"sensors.{name}.length = {table['length']}: an end of the gauge is {1e3 * beyond:.3g} mm beyond the "
-                f"plate (plate.{key} = {plate.texts[key]}); a shorter gauge, or another place or direction?"
-            )
+    reaches = [0.5 * length * abs(reach) for reach in (math.cos(turned), math.sin(turned))]
+    for key, beyond in overhang(table.get("at", ["0 mm", "0 mm"]), reaches, plate):
+        yield (
+            f"sensors.{name}.length = {table['length']}: an end of the gauge is {1e3 * beyond:.3g} mm beyond the "
+            f"plate (plate.{key} = {plate.texts[key]}); a shorter gauge, or another place or direction?"
+        )
 
 
 def of_rosette(first: float, between: float, second: float, principal: bool) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from birdstrike.data.errors import CaseError
-from birdstrike.solver.build import build_bird, direction_of
+from birdstrike.solver.build import build_bird, direction_of, surface_in_flight, turned
 from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.simulate import simulate
 
@@ -137,3 +137,14 @@ def test_a_direction_and_an_angle_of_one_file_agree_or_are_refused():
     assert load_case(table).impact.angle == pytest.approx(np.deg2rad(35.1))
     with pytest.raises(CaseError, match=r"--set impact.direction is undone by another --set"):
         load_case("flat_plate_002", {"impact.direction": "[0.8, 0.3, -0.6]", "impact.angle": "60 deg"})
+
+
+@pytest.mark.parametrize("turn", [(40, 40), (40, -20), (0, 30), (25, 0)])
+def test_a_turned_birds_lowest_point_is_one_of_its_outline(turn):
+    """Of a cylinder's ends the lowest point lies r times the upright part of the ring's plane below the centre."""
+    yaw, pitch = turn
+    settings = {"bird.shape": "cylinder", "impact.angle": "60 deg", "impact.yaw": f"{yaw} deg"}
+    case = load_case("reference_strike", {**settings, "impact.pitch": f"{pitch} deg"})
+    axis = turned(np.array([[1.0, 0.0, 0.0]]), case.impact)[0]
+    exact = -0.5 * case.bird.length * abs(axis[2]) - 0.5 * case.bird.diameter * np.hypot(axis[0], axis[1])
+    assert surface_in_flight(case)[:, 2].min() == pytest.approx(exact, abs=1e-12)

@@ -55,7 +55,8 @@ def porous_wood(rho0: float, porosity: float, c0: float, k: float, water_density
     """
     n = 4.0 * k - 1.0
     tait = water_density * c0**2 / n
-    lowest = -0.999 * ATMOSPHERE  # the air expands without bound towards -1 atmosphere
+    # the air expands without bound towards -1 atmosphere, Tait's water towards -T
+    lowest = -0.999 * min(ATMOSPHERE, tait)
     reach = np.geomspace(1.0, 30.0 * tait, 1200)
     p = np.unique(np.concatenate([np.linspace(lowest, 0.0, 400), [0.0], reach]))
     water, air = 1.0 + p / tait, 1.0 + p / ATMOSPHERE

@@ -85,7 +85,7 @@ class Metal(TargetMaterial):
 class RatedMetal(Metal):
     """A metal with Cowper and Symonds' factor 1 + (plastic strain rate/C)^(1/P); rate_c = 0 is off."""
 
-    rate_c: Annotated[float, Between("0 1/s", "1e9 1/s")] = 0.0
+    rate_c: Annotated[float, Between("0 1/s", "1e30 1/s")] = 0.0
     rate_p: Annotated[float, Between(0.1, 100.0)] = 1.0
 
     def row(self) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.diagnosis_files import write
+from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.write import case_toml
 from tests.inversion.diagnosis.rig import few_simulations, shot, tiny
 
@@ -29,8 +31,8 @@ def command(folder: Path, answered: list[Answered], diagnoses: list[Diagnosis], 
         answered.append((ranking, shots))
         return model_table(ranking, shots, fits)
 
-    def written(found: Diagnosis, place: Path) -> Diagnosis:
-        diagnoses.append(write(found, place))
+    def written(found: Diagnosis, place: Path, declared: Mapping[str, Case]) -> Diagnosis:
+        diagnoses.append(write(found, place, declared))
         return diagnoses[-1]
 
     first = ["--doe", str(folder / "out")] if out != "out" else []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,10 @@ from birdstrike.inversion.results.diagnosis import ShotStates
 from birdstrike.reports.export.deck import write_deck
 from birdstrike.reports.export.effects import effect_lines, read_effects
 from birdstrike.reports.export.fixed_columns import number
+from birdstrike.reports.export.lsdyna_materials import metal_lines
 from birdstrike.solver.build import build_bird, build_plate
 from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.target.laws.tabulated import Tabulated
 from tests.diagnoses import effect, state, written_diagnosis
 from tests.reports.export.radioss_reader import Block, elements_of, nodes_of, read_deck
 
@@ -439,3 +442,45 @@ def test_a_soft_support_of_one_set_says_of_which(tmp_path: Path) -> None:
     found = read_effects(tmp_path)
     assert found is not None
     assert any("at cell_3 alone" in line for line in effect_lines(found, unit_system("m-s-kg-Pa"), "lsdyna"))
+
+
+@pytest.mark.parametrize(("rate", "first", "vp"), [("0 1/s", 0.35, 0.0), ("6500 1/s", 0.0, 1.0)])
+def test_a_curve_with_rates_has_no_yield_stress_of_its_own(rate: str, first: float, vp: float) -> None:
+    """With VP = 1 LS-DYNA would scale SIGY, where it is given, and add that to the curve."""
+    curve = {"plastic_strain": [0.0, 0.5], "flow_stress": ["350 MPa", "600 MPa"], "rate_c": rate, "rate_p": 4.0}
+    metal = {"law": "tabulated", "density": "2780 kg/m^3", "young": "71 GPa", "poisson": 0.33}
+    lines = metal_lines("skin", Tabulated.model_validate(metal | curve), 1, unit_system("mm-ms-kg-GPa"))
+    at = lines.index("*MAT_PIECEWISE_LINEAR_PLASTICITY")
+    assert float(lines[at + 2][40:50]) == pytest.approx(first)
+    assert float(lines[at + 4][40:50]) == vp
+
+
+def comments_of(file: Path) -> str:
+    """The comments of a deck of LS-DYNA as one text."""
+    return " ".join(line.lstrip("$ ") for line in file.read_text().splitlines() if line.startswith("$ "))
+
+
+def test_choices_that_lsdyna_has_no_card_for_are_said(tmp_path: Path) -> None:
+    coarse = {"bird.particles": "150", "target.generator.element_size": "50 mm"}
+    text = comments_of(export("openradioss_panel", tmp_path / "p.k", deck=True, settings=coarse))
+    assert "radially to the yield surface (return_mapping); these shells return it to the closest point" in text
+    bricks = SMALL | {"bird.method": "hexahedra", "solver.hourglass": "viscous"}
+    assert "not the case's solver.hourglass" in comments_of(
+        export("demo_rig", tmp_path / "h.k", deck=True, settings=bricks)
+    )
+    assert "solver.hourglass" not in comments_of(export("demo_rig", tmp_path / "s.k", deck=True, settings=SMALL))
+
+
+def test_an_effect_without_a_card_does_not_take_the_others_with_it(tmp_path: Path) -> None:
+    """A metal that softens by an energy has no card: the bird's cards were not written either."""
+    sizes = {"plate_yield": 1e7, "bird_porosity": 0.02}
+    found = [effect(name, size, interval_95=(0.5 * size, 2.0 * size), probability=0.5) for name, size in sizes.items()]
+    written_diagnosis(tmp_path, *found, verdict="ambiguous", confidence_set=tuple(sizes), before=state(parameters={}))
+    (tmp_path / "case.toml").write_text(
+        'extends = "openradioss_panel"\n[target.materials.aluminium]\nfailure_strain = 0.2\n'
+        'fracture_energy = "20 kN/m"\n'
+    )
+    file = export(tmp_path, tmp_path / "bird.k")
+    assert re.search(r"It has no card here: .*fracture_energy", comments_of(file))
+    assert "it changes the bird's equation of state; read its constants from the case" in comments_of(file)
+    assert "*MAT_NULL" in file.read_text()

@@ -135,3 +135,10 @@ def test_hugoniot_conserves_mass_momentum_and_energy(law: EquationOfState, u: fl
     assert mu == pytest.approx(u / (shock - u), rel=1e-9)
     assert law.pressure(mu, 0.5 * law.rho0 * u**2) == pytest.approx(rise, rel=1e-9)
     assert law.shocked_sound_speed(u) > shock - u  # the flow behind a shock is subsonic
+
+
+def test_a_soft_porous_mixture_has_no_gap_in_its_table() -> None:
+    """Below 26 m/s the water's own limit of tension is nearer than the air's, and the table was not a number."""
+    law = porous_wood(DRY, 0.1, 12.0, 2.0, 1000.0)
+    assert np.isfinite(law.constants).all()
+    assert law.sound_speed > 0.0

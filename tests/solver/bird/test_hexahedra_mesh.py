@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from birdstrike.data.errors import UserError
 from birdstrike.solver.bird.hex_mesh import bird_mesh
 from birdstrike.solver.bird.shape import SHAPES, volume
 
@@ -60,3 +61,11 @@ def test_every_inner_face_is_shared_by_two_cells():
         edges = np.unique(np.sort(np.stack([quads, np.roll(quads, 1, axis=1)], axis=-1).reshape(-1, 2), axis=1), axis=0)
         assert count.max() == 2
         assert len(np.unique(quads)) - len(edges) + len(quads) == 2
+
+
+def test_a_flat_bird_of_too_few_hexahedra_is_refused_by_their_number() -> None:
+    """The bird's law was named as the cause."""
+    with pytest.raises(
+        UserError, match=r"bird.particles = 150: so few hexahedra do not fill a cylinder of 300 by 5 mm"
+    ):
+        bird_mesh("cylinder", 0.3, 0.005, np.pi * 0.15**2 * 0.005, 150)

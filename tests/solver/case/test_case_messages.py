@@ -11,6 +11,7 @@ import pytest
 from birdstrike.data.errors import CaseError
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import load_case
+from birdstrike.solver.coupling import bird_and_step
 from birdstrike.solver.sensors.strain import Strain
 from tests.solver.case.wrong_cases import errors_with, raised, written
 
@@ -226,3 +227,31 @@ def test_an_uncertain_quantity_is_a_case_at_a_deviation_on_either_side(
 def test_the_uncertainty_of_what_is_sought_is_its_range() -> None:
     sought = {'inversion.parameters."impact.angle".range': '["60 deg", "90 deg"]', "impact.angle": "90 deg"}
     assert load_case("reference_strike", {**sought, "inversion.nuisance.angle": "1 deg"})
+
+
+@pytest.mark.parametrize(
+    ("gauge", "beyond"),
+    [
+        ('{kind="pressure", radius="300 mm"}', "reaches 37.5 mm beyond the plate (plate.length = 525 mm)"),
+        ('{kind="pressure", at=["262 mm", "0 mm"]}', "radius = 10 mm: the gauge reaches 9.5 mm beyond the plate"),
+    ],
+)
+def test_a_pressure_gauge_lies_on_the_plate_whole(gauge: str, beyond: str) -> None:
+    """Its force is divided by the whole area."""
+    assert beyond in errors_with({"sensors.p": gauge})[0]
+    assert load_case("reference_strike", {"sensors.p": '{kind="pressure", at=["252 mm", "0 mm"]}'})
+
+
+def test_particles_with_strength_are_not_shifted_until_they_repel() -> None:
+    """Such a bird expanded in free flight."""
+    with pytest.raises(CaseError, match=r"bird.jitter = 0.2 shifts .* hydrodynamic bird .*; at most 0.15"):
+        load_case("reference_strike_hydrodynamic", {"bird.jitter": "0.2"})
+    assert load_case("reference_strike_hydrodynamic", {"bird.jitter": "0.15"})
+    assert load_case("reference_strike", {"bird.jitter": "0.3"})
+
+
+def test_a_law_without_a_sound_speed_at_rest_is_refused_by_name() -> None:
+    """It ended in a division by zero, after the whole run."""
+    law = '{kind="linear_polynomial", C0="-1 MPa", C1="2 MPa", C4=4.0}'
+    with pytest.raises(CaseError, match=r"bird.material.eos has no sound speed at rest"):
+        bird_and_step(load_case("reference_strike", {"bird.material.eos": law}))

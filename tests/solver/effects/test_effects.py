@@ -289,3 +289,58 @@ def test_an_effect_of_ones_own_is_stated_like_any_other(own: Effect, tmp_path: P
     assert case.plate.length == pytest.approx(0.565)
     with pytest.raises(ValueError, match="exists already"):
         register(own)
+
+
+RIGS = {
+    "flat": ("demo", {}),
+    "curved": ("demo", {"plate.radius": "2000 mm"}),
+    "pinned": ("demo", {"plate.edges": "pinned"}),
+    "sprung": ("demo", {"plate.edges": '{rotational = "1e5 N m/rad/m"}'}),
+    "short bird": ("demo", {"bird.shape": "cylinder", "bird.diameter": "106 mm", "bird.length": "80 mm"}),
+    "load cells": ("flat_plate_002", {}),
+    "panel": ("openradioss_panel", {}),
+    "sidewall": ("sidewall_004", {}),
+}
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_every_effect_that_a_case_does_not_refuse_fits_it_at_its_plausible_size(rig: str) -> None:
+    """A curved panel holds no tension, and a flat-ended bird may be shorter than wide: a diagnosis failed at either."""
+    case = load_case(*RIGS[rig])
+    carried = {name: effect for name, effect in effects().items() if not effect.refuses(case)}
+    assert len(carried) > 10
+    for name, effect in carried.items():
+        for size in (effect.size(case), -effect.size(case)):
+            if size >= effect.least(case):
+                assert case.with_effects({name: size}).resolved().canonical() != case.canonical(), name
+
+
+@pytest.mark.parametrize("gain", [0.01, 0.001])
+def test_a_small_rate_hardening_has_the_stated_size(gain: float) -> None:
+    """It was held at 0.0178 by a limit of C."""
+    metal = CASE.with_effects({"plate_rate_hardening": gain}).plate.material
+    assert (100.0 / metal.rate_c) ** (1.0 / metal.rate_p) == pytest.approx(gain)
+
+
+def test_damping_of_a_target_adds_to_what_it_declares() -> None:
+    case = load_case("openradioss_panel", {"target.damping": "30 1/s"})
+    target = case.with_effects({"plate_damping": 20.0}).resolved().target
+    assert target is not None
+    assert target.damping == pytest.approx(50.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"radius": "2 m"}, "plate.radius of an effect has no place in a target"),
+        ({"material": {"tangent_modulus": "500 MPa"}}, "which has no tangent_modulus"),
+    ],
+)
+def test_what_a_target_has_no_place_for_is_refused(change: dict[str, Any], said: str) -> None:
+    """It was dropped, or written into the yield stress."""
+    register(Effect("own_change", "another plate", "", lambda *_: {"plate": change}, lambda _: 1.0))
+    try:
+        with pytest.raises(CaseError, match=said):
+            load_case("openradioss_panel").with_effects({"own_change": 1.0}).resolved()
+    finally:
+        unregister("own_change")
