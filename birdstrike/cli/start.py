@@ -135,11 +135,10 @@ def _concerns(key: tuple[str, ...], shot: Shot, text: str) -> bool:
 
 def _draw(case: Case, path: Path) -> None:
     """The picture of the set-up."""
-    from birdstrike.reports.figures.setup import setup_figure
     from birdstrike.reports.figures.style import write_figure
-    from birdstrike.reports.sections.setup import drawn
+    from birdstrike.reports.sections.setup import set_up_figure
 
-    write_figure(setup_figure(drawn(case)), path)
+    write_figure(set_up_figure(case), path)
 
 
 def _announce(begun: Begun, workers: int | None, say: Callable[[str], None]) -> None:

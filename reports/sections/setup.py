@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from matplotlib.figure import Figure
+
 from birdstrike.data.units import display
 from birdstrike.reports.blocks import Picture, Section, Table, drawing, photograph
 from birdstrike.reports.figures.quantities import quantity, words
@@ -33,8 +35,21 @@ def of_case(results: CampaignResults) -> Section:
     return Section("setup", "Test set-up", (_sketch(results.case), table))
 
 
+def set_up_figure(case: Case) -> Figure:
+    """The sketch with lengths in mm of a flat plate and a bird that flies along its length at the centre; else the
+    target and the bird in space."""
+    return setup_figure(drawn(case)) if _in_one_plane(case) else target_figure(drawn_target(case))
+
+
+def _in_one_plane(case: Case) -> bool:
+    """Whether the sketch's front view shows all of the aim."""
+    impact = case.impact
+    aside = any(impact.offset) or impact.point is not None or impact.heading or impact.yaw or impact.pitch
+    return case.target is None and case.plate.radius is None and not aside
+
+
 def _sketch(case: Case) -> Picture:
-    if case.target is not None:
+    if not _in_one_plane(case):
         shown = drawn_target(case)
         told = f"parts {', '.join(shown.names)}; {len(shown.sensors)} sensors; bird above the struck side"
         return photograph("setup", target_figure(shown), _caption(case), told)
@@ -43,12 +58,10 @@ def _sketch(case: Case) -> Picture:
 
 def _caption(case: Case) -> str:
     degrees = display(case.impact.angle, "rad")[0]
-    undrawn = case.impact.yaw and case.target is None
-    yaw = f"; not drawn: the bird's yaw of {display(case.impact.yaw, 'rad')[0]:.3g}°" if undrawn else ""
     return (
         f"The set-up to scale at the start of the simulation. The velocity makes {degrees:.3g}° with the plate's "
         f"surface, so that {quantity(case.normal_speed, 'm/s')} of {quantity(case.impact.speed, 'm/s')} are normal to "
-        f"it; {_aimed(case)}; first contact {quantity(case.first_contact, 's')} after the start{yaw}."
+        f"it; {_aimed(case)}; first contact {quantity(case.first_contact, 's')} after the start."
     )
 
 

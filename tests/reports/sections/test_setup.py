@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from birdstrike.reports.blocks import Table
+from birdstrike.reports.blocks import Picture, Table
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections.setup import _caption, _facts, section
 from birdstrike.solver.case.case import load_case
@@ -51,3 +51,22 @@ def test_the_caption_of_a_mesh_from_a_file_names_its_point_and_the_table_the_fil
     case = load_case(table)
     assert "the bird's axis points at the point (100, 50, 0) mm of the mesh file;" in _caption(case)
     assert dict(_facts(case))["target"].startswith("300 mm × 200 mm, mesh skin.inp, 4 shells")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"impact": {"offset": ["60 mm", "30 mm"]}},
+        {"impact": {"yaw": "20 deg"}},
+        {"impact": {"pitch": "10 deg"}},
+        {"plate": {"radius": "2 m"}},
+    ],
+)
+def test_the_picture_shows_where_the_bird_flies(results: Results, change: dict[str, dict[str, object]]) -> None:
+    """The sketch in one plane was the same whatever the aim."""
+    (picture,) = (
+        b for b in section(replace(results, case=results.case.overlaid(change))).blocks if isinstance(b, Picture)
+    )
+    (plain,) = (block for block in section(results).blocks if isinstance(block, Picture))
+    assert "<svg" in plain.markup
+    assert "image/png" in picture.markup
