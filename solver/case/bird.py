@@ -49,11 +49,6 @@ class Bird(Section):
         return raw | derived(raw) if isinstance(raw, dict) else raw
 
     @property
-    def overall_length(self) -> float:
-        """[m] from nose to tail, whatever the shape."""
-        return self.length
-
-    @property
     def volume(self) -> float:
         """[m^3] of the ideal shape."""
         return volume(self.shape, self.diameter, self.length)
