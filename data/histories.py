@@ -31,6 +31,15 @@ def largest(values: Array) -> Array:
     return np.take_along_axis(values, farthest(values)[..., None], axis=-1)[..., 0]
 
 
+def side_of(values: Array) -> float:
+    """1 or -1: the side of 0 on which the largest reading of a curve (n,) lies.
+
+    Curves that are compared are read on one side, that of one of them: of a curve that swings as far either way the
+    largest reading would leap from one side to the other.
+    """
+    return -1.0 if values[farthest(values)] < 0.0 else 1.0
+
+
 @dataclass(frozen=True)
 class Snapshot:
     """The simulation at one instant, for pictures and ParaView.

@@ -34,9 +34,7 @@ from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.designs.registry import refuse_seed
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
-    Nuisance,
     NuisanceRuns,
-    case_nuisances,
     discrepancy_columns,
     mesh_columns,
     stated_discrepancy,
@@ -54,6 +52,7 @@ from birdstrike.inversion.observations.filters import FilteredForward, filtered_
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.case.case import Case, as_case, case_hash
+from birdstrike.solver.case.nuisances import Nuisance, case_nuisances
 from birdstrike.solver.case.settings import NUISANCE
 from birdstrike.solver.case.write import copy_case
 from birdstrike.surrogate.files import save_emulator, save_network

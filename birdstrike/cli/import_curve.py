@@ -258,10 +258,11 @@ def factor_of(text: str) -> tuple[float, str, str]:
 
 def _seen(record: Measured, name: str) -> str:
     """A curve in one line, so that a wrong unit or sign is seen at once."""
+    from birdstrike.data.histories import farthest
     from birdstrike.data.units import display
 
     time, values = record.points(name)
-    i = int(abs(values).argmax())
+    i = int(farthest(values))
     peak, unit = display(float(values[i]), record.units[name])
     shown = " .. ".join(f"{display(float(t), 's')[0]:.4g}" for t in (time[0], time[-1]))
     return f"{name}: {len(time)} points, {shown} ms, largest {f'{peak:.4g} {unit}'.rstrip()} at {1e3 * time[i]:.4g} ms"

@@ -13,7 +13,6 @@ tapered in time (Gaspari and Cohn, Q. J. R. Meteorol. Soc. 125 (1999) 723, sect.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -27,6 +26,7 @@ from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.nuisances import Nuisance
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator
 
 Columns = Callable[[Observations, Mode], Array]
@@ -36,38 +36,6 @@ DISCREPANCY_LENGTH = 0.25  # of the record: correlation time of a stated discrep
 WORTH_A_COLUMN = 1e-4  # share of a discrepancy's variance
 TAPER = 0.2  # of the simulated record: correlation length of the taper
 KEPT = 1e-6  # share of the variance below which a column is dropped
-
-
-@dataclass(frozen=True)
-class Nuisance:
-    """An uncertain quantity of the impact: its name in the case, dotted key, value and standard deviation, SI."""
-
-    name: str
-    key: str
-    value: float
-    sigma: float
-
-
-def case_nuisances(case: Case) -> tuple[Nuisance, ...]:
-    """Those of `inversion.nuisance` that are quantities of the impact and are not themselves sought."""
-    sigmas = {name: sigma for name, sigma in case.inversion.nuisance.items() if name != "time_offset" and sigma > 0.0}
-    found = (_nuisance(case, name, sigma) for name, sigma in sigmas.items())
-    return tuple(nuisance for nuisance in found if nuisance.key not in case.inversion.parameters)
-
-
-def _nuisance(case: Case, name: str, sigma: float) -> Nuisance:
-    if name == "mass" and case.bird.mass is None:  # a bird given by its density
-        density = case.bird.actual_density
-        return Nuisance(name, "bird.density", density, sigma * density / case.bird.actual_mass)
-    struck = "plate" if case.target is None else f"target.parts.{case.target.struck_name}"
-    places = {
-        "speed": ("impact.speed", case.impact.speed),
-        "mass": ("bird.mass", case.bird.mass),
-        "thickness": (f"{struck}.thickness", case.plate.thickness),
-        "angle": ("impact.angle", case.impact.angle),
-    }
-    key, value = places[name]
-    return Nuisance(name, key, float(value or 0.0), sigma)
 
 
 class NuisanceRuns:

@@ -108,7 +108,7 @@ def judge_meshes(meshes: Sequence[Mesh], runs: Sequence[Finished]) -> MeshConver
     spacings = [meshes[i].bird_spacing for i in used]
     histories = [run.histories for run in runs]
     sought = scalars(meshes[user].case)
-    values = {s.name: tuple(s.of(h.time, h.channels[s.sensor]) for h in histories) for s in sought}
+    values = {s.name: tuple(s.at(h, histories[user]) for h in histories) for s in sought}
     return MeshConvergence(
         tuple(meshes),
         tuple(runs),

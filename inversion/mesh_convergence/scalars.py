@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from birdstrike.data.histories import Array, Histories, farthest
+from birdstrike.data.histories import Array, Histories, farthest, side_of
 from birdstrike.solver.case.case import Case
 
 
@@ -19,6 +19,15 @@ class Scalar:
     sensor: str
     unit: str
     of: Callable[[Array, Array], float]
+
+    def at(self, histories: Histories, like: Histories) -> float:
+        """The number of a simulation, read on the side of 0 on which the sensor of another one swings farthest."""
+        side = side_of(like.channels[self.sensor])
+        return self.signed(side) * self.of(histories.time, side * histories.channels[self.sensor])
+
+    def signed(self, side: float) -> float:
+        """The sign of the number where the curve has been turned over."""
+        return 1.0 if self.of is peak_time else side
 
     def at_the_end(self, histories: Histories) -> bool:
         """Whether the number is a peak that the record cuts off."""
@@ -42,7 +51,7 @@ def impulse(time: Array, force: Array) -> float:
 
 
 def peak_value(time: Array, values: Array) -> float:
-    """Largest reading, of either sign, between the samples by the parabola through the three around it."""
+    """Largest reading above 0, between the samples by the parabola through the three around it."""
     return _peak(time, values)[1]
 
 
@@ -52,7 +61,7 @@ def peak_time(time: Array, values: Array) -> float:
 
 
 def _peak(time: Array, values: Array) -> tuple[float, float]:
-    at = int(farthest(values))
+    at = int(np.argmax(values))
     if not 0 < at < len(values) - 1:
         return float(time[at]), float(values[at])
     left, top, right = values[at - 1 : at + 2]

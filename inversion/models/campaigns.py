@@ -28,7 +28,6 @@ from birdstrike.inversion import forward
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.known_errors import (
     NuisanceRuns,
-    case_nuisances,
     discrepancy_columns,
     stated_discrepancy,
 )
@@ -42,6 +41,7 @@ from birdstrike.inversion.models.scaled import NearestFinished, Scale, ScaledFor
 from birdstrike.inversion.models.simulations import LatePool, simulate_all
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.nuisances import case_nuisances
 from birdstrike.solver.case.sections import quantity_at
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 

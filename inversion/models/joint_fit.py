@@ -22,7 +22,6 @@ from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import silent
 from birdstrike.inversion.diagnosis.discrepancy import LEAST
-from birdstrike.inversion.estimation.known_errors import case_nuisances
 from birdstrike.inversion.estimation.locate import Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, own_origin, suffix
@@ -39,6 +38,7 @@ from birdstrike.inversion.models.optimisers import Problem, optimised
 from birdstrike.inversion.models.points import residuals_of, shot_errors, yardstick
 from birdstrike.inversion.models.results import ModelAnswer, Optimised, ShotError, withdraw_answer
 from birdstrike.inversion.results.estimates import Estimate
+from birdstrike.solver.case.nuisances import case_nuisances
 from birdstrike.surrogate.emulator import Emulator
 from birdstrike.surrogate.files import save_emulator
 

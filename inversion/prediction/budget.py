@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.formatting import listing, plain, quantity
-from birdstrike.data.histories import Array, largest
+from birdstrike.data.histories import Array
 from birdstrike.inversion.labels import in_words
 from birdstrike.inversion.prediction.curves import PARTS, SensorDraws
 from birdstrike.inversion.prediction.learnt import Learnt
@@ -29,7 +29,7 @@ def variances(draws: SensorDraws) -> dict[str, float]:
     """Variance of the largest reading by source, SI squared."""
     between, within = _total_variance(draws.nominal, draws.sample.explanation, draws.sample.weights)
     middle = np.median(draws.model + draws.learnt, axis=0)
-    alone = {part: float(largest(middle + draws.parts[part]).var()) for part in PARTS}
+    alone = {part: float(draws.tops(middle + draws.parts[part]).var()) for part in PARTS}
     return {"parameters": within, "effect": between, **alone, "tolerances": float(draws.loose.var())}
 
 
@@ -60,7 +60,7 @@ def narrowing(
     first: the sensor that counts, that of the first limit.
     """
     draws = found[first]
-    low, high = np.quantile(largest(draws.values), [0.025, 0.975])
+    low, high = np.quantile(draws.tops(draws.values), [0.025, 0.975])
     width = float(high - low)
     rows: list[dict[str, str | float]] = []
     for source, share in sorted(shares(draws).items(), key=lambda entry: -entry[1]):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from birdstrike.data.histories import Array, largest
+from birdstrike.data.histories import Array, side_of
 from birdstrike.inversion.diagnosis.instrument import change
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.campaign import Campaign
@@ -31,7 +31,8 @@ class SensorDraws:
     expect of the draw; parts: source -> (n, m) SI that is added to both, of mean 0; sample: the draws; distinct: how
     many of the posterior's draws stand behind them; nominal: (n,) largest reading of model and learnt error with
     tolerances at their values; loose: (n,) that of the likeliest draw's model with tolerances as drawn; emulated:
-    whether by an emulator, else by the simulated draws themselves.
+    whether by an emulator, else by the simulated draws themselves; side: of 0 (1 or -1) on which largest readings are
+    sought, that of the median curve.
     """
 
     time: Array
@@ -45,6 +46,11 @@ class SensorDraws:
     nominal: Array
     loose: Array
     emulated: bool
+    side: float
+
+    def tops(self, curves: Array) -> Array:
+        """(n,) largest reading of curves (n, m)."""
+        return _tops(curves, self.side)
 
     @property
     def values(self) -> Array:
@@ -93,16 +99,24 @@ def sensor_draws(setting: Setting, name: str, sample: Sample) -> SensorDraws:
         distinct = float(1.0 / (counts**2).sum())
     model = _faulty(setting, sample, name, model + mesh_mean)
     learnt, deviations, finer = _discrepancy(setting, name, sample, model, rng)
+    side = side_of(np.median(model + learnt, axis=0))
     if emulated:
-        tops = largest(_faulty(setting, sample, name, nominal) + learnt), largest(moved)
+        tops = _tops(_faulty(setting, sample, name, nominal) + learnt, side), _tops(moved, side)
     else:
-        tops = _regressed(sample, largest(model + learnt), list(setting.held))
+        tops = _regressed(sample, _tops(model + learnt, side), list(setting.held))
     parts = {
         "discrepancy": deviations,
         "mesh": campaign.mesh_draws(name, n, rng) + finer,
         "emulator": errors,
     }
-    return SensorDraws(campaign.time, sensor.unit, sensor.kind, model, learnt, parts, sample, distinct, *tops, emulated)
+    return SensorDraws(
+        campaign.time, sensor.unit, sensor.kind, model, learnt, parts, sample, distinct, *tops, emulated, side
+    )
+
+
+def _tops(curves: Array, side: float) -> Array:
+    """(n,) reading of curves (n, m) that lies farthest on one side of 0."""
+    return np.asarray(side * (side * curves).max(axis=-1))
 
 
 def _resampled(

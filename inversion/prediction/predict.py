@@ -11,7 +11,6 @@ import numpy as np
 
 from birdstrike.data.errors import UnitError, UserError, refuse_not_whole
 from birdstrike.data.files import withdraw
-from birdstrike.data.histories import largest
 from birdstrike.data.out_folder import fills_out, model_of
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.units import to_si
@@ -189,7 +188,7 @@ def _assembled(
     counts = shares_of(learnt.explanations, DRAWS)
     sample = draw(learnt, setting.carried, setting.tolerances, counts, setting.seed + 1)
     draws = {name: sensor_draws(setting, name, sample) for name in new.sensors}
-    tops = {name: largest(one.values) for name, one in draws.items()}
+    tops = {name: one.tops(one.values) for name, one in draws.items()}
     first = next(iter(limits), next(iter(draws)))
     weights = campaign.points.weights
     torn, torn_interval = share_of(campaign.torn, float(1.0 / (weights**2).sum()), weights)

@@ -16,10 +16,10 @@ from scipy.stats import norm, qmc
 from birdstrike.data.errors import UnitError, UserError
 from birdstrike.data.histories import Array
 from birdstrike.data.units import to_si
-from birdstrike.inversion.estimation.known_errors import case_nuisances
 from birdstrike.inversion.prediction.carry_over import ANEW, DROPPED, Carried
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.nuisances import case_nuisances
 from birdstrike.solver.case.sections import quantity_at
 
 FEWEST = 3  # simulations of an explanation, however unlikely: its effect must be seen to be weighed

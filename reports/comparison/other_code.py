@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.histories import Array, Histories
+from birdstrike.data.histories import Array, Histories, largest
 from birdstrike.reports.comparison.scores import Score, score
 
 FORCE = "N"
@@ -38,8 +38,8 @@ class CurvePair:
         rating = None if found is None or found.rating is None else found.rating
         return {
             "unit": self.unit,
-            "peak_ours": float(self.ours[np.abs(self.ours).argmax()]),
-            "peak_theirs": float(self.theirs[np.abs(self.theirs).argmax()]),
+            "peak_ours": float(largest(self.ours)),
+            "peak_theirs": float(largest(self.theirs)),
             "peak_time_difference": None if found is None else found.peak_time,
             "rms": None if found is None else found.rms,
             "rms_of_peak": None if found is None else found.share,

@@ -30,6 +30,7 @@ from birdstrike.solver.case.load import (
     with_table,
 )
 from birdstrike.solver.case.messages import error_lines
+from birdstrike.solver.case.nuisances import beyond_their_ranges
 from birdstrike.solver.case.overlay import Raw, at, overlay
 from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
@@ -219,7 +220,12 @@ def load_case(path: str | Path | Mapping[str, Any], overrides: Mapping[str, Any]
 
     overrides: dotted key -> value, laid over it: texts as `--set` has them, numbers, lists.
     """
-    return case_from_table(raw_case(path, overrides), "case" if isinstance(path, Mapping) else Path(path).stem)
+    table = raw_case(path, overrides)
+    name = "case" if isinstance(path, Mapping) else Path(path).stem
+    case = case_from_table(table, name)
+    if errors := list(beyond_their_ranges(case)):
+        raise CaseError(errors, f"case {name}: {many(len(errors), 'error')}")
+    return case
 
 
 def raw_case(path: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None) -> Raw:

@@ -27,7 +27,6 @@ from birdstrike.solver.case.overlay import (
 )
 from birdstrike.solver.case.plate import STRESS
 from birdstrike.solver.case.sections import quantity_at, quantity_in, said, si
-from birdstrike.solver.case.settings import NUISANCE
 from birdstrike.solver.fields import Between
 from birdstrike.solver.sensors.instrument import drift_of_some_kind
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
@@ -43,13 +42,6 @@ NAMED_TABLES = ("generator", "parts", "materials", "ties", "rivets")
 SHIFTED = 0.15
 """Share of the spacing by which two particles may each be shifted and still not repel: (1 - 0.7)/2, by
 `bird.sph_strength.REPULSION`."""
-UNCERTAIN = {
-    "speed": "impact.speed",
-    "mass": "bird.mass",
-    "thickness": "plate.thickness",
-    "angle": "impact.angle",
-}
-"""Uncertain quantities of the impact -> keys of their values."""
 BIRD_OF = {"sph": "particles", "hexahedra": "hexahedra"}
 
 
@@ -197,7 +189,7 @@ def _absent(raw: Raw, key: str) -> str:
 
 def broken_rules(raw: Raw) -> Iterator[str]:
     """One line for every broken rule of a case as read from its file."""
-    for rule in (bird_rules, idle_rules, _plate_hardening, _panel, _preload, _target, _two_slopes, _uncertain, _times):
+    for rule in (bird_rules, idle_rules, _plate_hardening, _panel, _preload, _target, _two_slopes, _times):
         yield from rule(raw)
 
 
@@ -258,31 +250,6 @@ def _two_slopes(raw: Raw) -> Iterator[str]:
         f"{at(raw, 'impact.angle')} is given too; leave impact.angle out, for the direction gives it, or leave "
         "impact.direction out"
     )
-
-
-def _uncertain(raw: Raw) -> Iterator[str]:
-    """What is uncertain is simulated at a standard deviation on either side, which must be a case too."""
-    sought = at(raw, "inversion.parameters")
-    for name, key in UNCERTAIN.items():
-        if isinstance(sought, dict) and key in sought:
-            continue  # its uncertainty is its range
-        text, mark = at(raw, f"inversion.nuisance.{name}"), quantity_at(key)
-        sigma, value = NUISANCE[name].valid(text), si(raw, key)
-        direction = at(raw, "impact.direction")
-        if name == "angle" and value is None and is_direction(direction):
-            value = slope_of(direction)
-        if not sigma or value is None or mark is None:
-            continue
-        low, high = mark.bounds
-        if low <= value - sigma and value + sigma <= high:
-            continue
-        remedy = "state a smaller one, or leave it out"
-        if name == "angle" and value + sigma > high:
-            remedy = "leave it out: no angle is beyond that of a normal impact"
-        yield (
-            f"inversion.nuisance.{name} = {text}: {key} = {mark.display(value)} and a standard deviation more or less "
-            f"leave {mark.low} .. {mark.high}; {remedy}"
-        )
 
 
 def _times(raw: Raw) -> Iterator[str]:

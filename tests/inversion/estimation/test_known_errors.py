@@ -13,9 +13,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
-    Nuisance,
     NuisanceRuns,
-    case_nuisances,
     discrepancy_columns,
     mesh_columns,
     stacked,
@@ -26,6 +24,7 @@ from birdstrike.inversion.estimation.refinement import refine
 from birdstrike.inversion.invert import invert
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.solver.case.case import load_case
+from birdstrike.solver.case.nuisances import Nuisance, case_nuisances
 from birdstrike.surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, NAMES, TIME, campaign, forward, record, spread, truth
 

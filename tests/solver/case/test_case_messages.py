@@ -11,6 +11,7 @@ import pytest
 from birdstrike.data.errors import CaseError
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import load_case
+from birdstrike.solver.case.nuisances import case_nuisances
 from birdstrike.solver.coupling import bird_and_step
 from birdstrike.solver.sensors.strain import Strain
 from tests.solver.case.wrong_cases import errors_with, raised, written
@@ -222,6 +223,36 @@ def test_an_uncertain_quantity_is_a_case_at_a_deviation_on_either_side(
     """What `train-and-invert` would fail at after its campaign."""
     (line,) = errors_with({f"inversion.nuisance.{name}": sigma, **settings})
     assert re.search(rf"^inversion\.nuisance\.{name} = {sigma}: .*{said}", line)
+
+
+@pytest.mark.parametrize(
+    ("case", "stated"),
+    [
+        ("reference_strike", {"impact.angle": "89 deg", "inversion.nuisance.angle": "1 deg"}),
+        ("reference_strike", {"inversion.nuisance.mass": "100 g", "inversion.nuisance.speed": "2 m/s"}),
+        ("sidewall_004", {"inversion.nuisance.thickness": "0.3 mm"}),
+    ],
+)
+def test_what_is_uncertain_in_a_case_that_loads_can_be_simulated(case: str, stated: dict[str, str]) -> None:
+    """The case at a deviation on either side carries its uncertainty still."""
+    loaded = load_case(case, stated)
+    found = case_nuisances(loaded)
+    assert found
+    for one in found:
+        for sigma in (one.sigma, -one.sigma):
+            loaded.with_values({one.key: one.value + sigma})
+
+
+@pytest.mark.parametrize(
+    ("case", "name", "sigma", "key"),
+    [
+        ("reference_strike", "mass", "5000 g", "bird.density"),
+        ("sidewall_004", "thickness", "1 mm", "target.parts.skin.thickness"),
+    ],
+)
+def test_an_uncertain_quantity_is_that_of_its_own_key(case: str, name: str, sigma: str, key: str) -> None:
+    with pytest.raises(CaseError, match=rf"inversion\.nuisance\.{name} = .*: {re.escape(key)} = "):
+        load_case(case, {f"inversion.nuisance.{name}": sigma})
 
 
 def test_the_uncertainty_of_what_is_sought_is_its_range() -> None:
