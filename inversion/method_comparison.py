@@ -201,7 +201,14 @@ def _row(
     run = bench.forward(bench.dataset.named(theta))
     verified = rmse(stacked(run, record, 0.0) / unit, clean)
     return MethodScore(
-        str(condition), method, errors, predicted, verified, len(bench.dataset.runs) + extra, seconds, bounds
+        condition=str(condition),
+        method=method,
+        errors=errors,
+        predicted=predicted,
+        verified=verified,
+        runs=len(bench.dataset.runs) + extra,
+        seconds=seconds,
+        bounds=bounds,
     )
 
 

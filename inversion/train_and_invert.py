@@ -34,13 +34,19 @@ from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.designs.registry import refuse_seed
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
+    Columns,
     NuisanceRuns,
     discrepancy_columns,
     mesh_columns,
     stated_discrepancy,
 )
 from birdstrike.inversion.estimation.locate import InversionOptions, design_figures, refuse_deficient
-from birdstrike.inversion.estimation.mesh_correction import correct_campaign, fine_mesh, shells_of_a_file
+from birdstrike.inversion.estimation.mesh_correction import (
+    CorrectedCampaign,
+    correct_campaign,
+    fine_mesh,
+    shells_of_a_file,
+)
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.refinement import AUTO, refine
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
@@ -155,34 +161,14 @@ def train_and_invert(
     folder, more = Path(out), extras or Extras()
     refuse_seed(seed)
     _refuse_values(more)
-    folders = [Path(one) for one in as_list(doe_dir)]
-    if not folders or not as_list(measured):
-        missing = "--measured" if folders else "the campaign's folder"
-        raise UserError(f"{missing} is missing: give one, or several, each with its --case")
-    options = InversionOptions(
-        trainer=trainer,
-        method=method,
-        seed=seed,
-        allow_rank_deficient=allow_rank_deficient,
-        hidden=more.hidden,
-        copies=more.copies,
-        outputs=more.outputs,
-        more_runs=more.more_runs,
-        sampling=Sampling() if more.posterior else None,
-        analyse=more.posterior,
-    )
-    if "network" not in options.methods():
-        _refuse_network_s(options)
-    cases = as_list(case)
-    if len(folders) > 1 and not cases:
-        raise UserError(
-            f"{len(folders)} campaign folders were given and no --case: say which record belongs to which campaign by "
-            "--case, once for each --measured in their order (a campaign's own is DOE/case.toml)"
-        )
+    folders, cases = [Path(path) for path in as_list(doe_dir)], as_list(case)
+    _refuse_missing(folders, as_list(measured))
+    options = _options(trainer, method, seed, allow_rank_deficient, more)
+    _refuse_unassigned(folders, cases)
     retry = more.retry or retry_before(more.retry_failed)
     if more.mesh_correction:
         _refuse_second_mesh(more, forward)
-    records = only_channels([as_measured(one) for one in as_list(measured)], more.channels)
+    records = only_channels([as_measured(record) for record in as_list(measured)], more.channels)
     pairs = _with_cases(records, cases)
     report, share = progress or silent, 0.5 if more.mesh_correction else 0.0
     call = _Call(folders, folder, options, more, forward, retry)
@@ -198,6 +184,25 @@ def train_and_invert(
     write_json(folder / OPTIONS_FILE, asked | _sources(folders, pairs) | {"extras": asdict(more)})
     _write(folder, outcome, dataset, record)
     return outcome.inversion
+
+
+def _options(trainer: str, method: str, seed: int, allow_rank_deficient: bool, more: Extras) -> InversionOptions:
+    """How to invert, as far as no case decides it; raises UserError."""
+    options = InversionOptions(
+        trainer=trainer,
+        method=method,
+        seed=seed,
+        allow_rank_deficient=allow_rank_deficient,
+        hidden=more.hidden,
+        copies=more.copies,
+        outputs=more.outputs,
+        more_runs=more.more_runs,
+        sampling=Sampling() if more.posterior else None,
+        analyse=more.posterior,
+    )
+    if "network" not in options.methods():
+        _refuse_network_s(options)
+    return options
 
 
 def _refuse_network_s(options: InversionOptions) -> None:
@@ -235,13 +240,13 @@ def inverted(
     if more.refine and _refinable(joint.options, more):
         share = 0.6
         dataset, refinement = refine(
-            dataset,
-            joint.measured,
-            joint.forward,
-            joint.options,
-            more.refine,
-            joint.columns,
-            lambda f: report(share * f),
+            dataset=dataset,
+            measured=joint.measured,
+            forward=joint.forward,
+            options=joint.options,
+            runs=more.refine,
+            columns=joint.columns,
+            progress=lambda f: report(share * f),
         )
     outcome = invert(
         dataset,
@@ -254,7 +259,7 @@ def inverted(
     corrections = tuple(shot.mesh_correction for shot in shots if shot.mesh_correction is not None)
     inversion = replace(
         outcome.inversion,
-        warnings=(*outcome.inversion.warnings, *shells_of_a_file(one.mesh_file for one in corrections)),
+        warnings=(*outcome.inversion.warnings, *shells_of_a_file(figures.mesh_file for figures in corrections)),
         refinement=refinement,
         shots=joint.figures,
         shot_scatter=scatter,
@@ -287,6 +292,22 @@ def _share(report: Progress, part: int, parts: int, whole: float) -> Progress:
 def _refinable(options: InversionOptions, more: Extras) -> bool:
     """Whether runs may be added: `auto` does so only for the emulator's answer."""
     return more.refine != AUTO or "emulator" in options.methods()
+
+
+def _refuse_missing(folders: Sequence[Path], records: Sequence[Record]) -> None:
+    """Raises UserError without a campaign or without a record."""
+    if not folders or not records:
+        missing = "--measured" if folders else "the campaign's folder"
+        raise UserError(f"{missing} is missing: give one, or several, each with its --case")
+
+
+def _refuse_unassigned(folders: Sequence[Path], cases: Sequence[Any]) -> None:
+    """Raises UserError for several campaigns of which nothing says which record is whose."""
+    if len(folders) > 1 and not cases:
+        raise UserError(
+            f"{len(folders)} campaign folders were given and no --case: say which record belongs to which campaign by "
+            "--case, once for each --measured in their order (a campaign's own is DOE/case.toml)"
+        )
 
 
 def _with_cases(records: list[Any], cases: list[Any]) -> list[tuple[Any, Any]]:
@@ -322,12 +343,12 @@ def _refuse_second_mesh(more: Extras, forward: Forward | None) -> None:
 def _bands(path: Path) -> Histories:
     """Curves and bands of a mesh study; raises UserError for any other file."""
     try:
-        found = read_histories(path)
+        study = read_histories(path)
     except (OSError, ValueError, IndexError) as error:
         raise UserError(f"--mesh: {path} is no convergence.csv of birdstrike converge ({error})") from error
-    if not any(name.endswith("_uncertainty") for name in found.channels):
+    if not any(name.endswith("_uncertainty") for name in study.channels):
         raise UserError(f"--mesh: {path} is no convergence.csv of birdstrike converge (no column of an uncertainty)")
-    return found
+    return study
 
 
 @dataclass(frozen=True)
@@ -353,46 +374,64 @@ class _Call:
     def shot(self, read: Measured, case: One | Case | None, progress: Progress) -> Shot:
         """A record with the campaign of its case."""
         dataset, base, campaign = _campaign(self.folders, case)
-        more = self.more
-        if more.filter:
-            dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
-        solver, own = self.solver(base), self.options.of_case(base)
-        nuisances, shares = case_nuisances(base), stated_discrepancy(base, read.channels, more.discrepancy)
-        moved = NuisanceRuns(solver, nuisances)
-        bands = _bands(more.mesh) if more.mesh else None
-        said = _in_words(base, nuisances, shares, more)
-        corrected, verifier = None, None
-        if more.mesh_correction:
-            refuse_uncorrectable(dataset, read, base, own)
+        if self.more.filter:
+            dataset, read = filtered_dataset(dataset, self.more.filter), filtered_record(read, self.more.filter)
+        solver, options = self.solver(base), self.options.of_case(base)
+        nuisances, shares = case_nuisances(base), stated_discrepancy(base, read.channels, self.more.discrepancy)
+        bands = _bands(self.more.mesh) if self.more.mesh else None
+        known_errors = _in_words(base, nuisances, shares, self.more)
+        corrected = verifier = None
+        if self.more.mesh_correction:
+            refuse_uncorrectable(dataset, read, base, options)
             fine = fine_mesh(base, base)
             verifier = self.solver(fine)
-            corrected = correct_campaign(dataset, verifier, fine, [*read.channels], progress, own.seed)
+            corrected = correct_campaign(dataset, verifier, fine, [*read.channels], progress, options.seed)
             dataset = corrected.dataset
+        columns = _error_columns(dataset, NuisanceRuns(solver, nuisances), shares, bands, corrected)
+        return Shot(
+            dataset=dataset,
+            measured=read,
+            forward=solver if corrected is None else corrected.forward(solver),
+            options=options,
+            columns=columns if known_errors else None,
+            known_errors=known_errors,
+            campaign=campaign,
+            verifier=verifier,
+            mesh_correction=None if corrected is None else corrected.figures,
+            case=base,
+        )
 
-        def columns(observations: Observations, mode: Mode) -> Array:
-            parts = [moved.columns(observations, dataset.named(mode.theta), mode.t0)]
-            parts += [discrepancy_columns(shares, observations)] if shares else []
-            parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
-            parts += [corrected.columns(observations, mode)] if corrected else []
-            return np.hstack(parts)
 
-        shot = Shot(dataset, read, solver, own, columns if said else None, said, campaign, case=base)
-        if corrected is None:
-            return shot
-        return replace(shot, forward=corrected.forward(solver), verifier=verifier, mesh_correction=corrected.figures)
+def _error_columns(
+    dataset: Dataset,
+    moved: NuisanceRuns,
+    shares: Mapping[str, float],
+    bands: Histories | None,
+    corrected: CorrectedCampaign | None,
+) -> Columns:
+    """The known errors of a shot's model as columns, one standard deviation each, where a fit stands."""
+
+    def columns(observations: Observations, mode: Mode) -> Array:
+        parts = [moved.columns(observations, dataset.named(mode.theta), mode.t0)]
+        parts += [discrepancy_columns(shares, observations)] if shares else []
+        parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
+        parts += [corrected.columns(observations, mode)] if corrected else []
+        return np.hstack(parts)
+
+    return columns
 
 
 def _in_words(case: Case, nuisances: Sequence[Nuisance], shares: Mapping[str, float], more: Extras) -> tuple[str, ...]:
     """The errors that every model of a shot carries."""
-    said = [
+    sentences = [
         f"uncertain {n.name}: ± {quantity(case.inversion.nuisance[n.name], NUISANCE[n.name].unit)} "
         "(2 simulations at the first best fit)"
         for n in nuisances
     ]
-    said += [f"a stated discrepancy of {100 * share:g} % of the peak of {name}" for name, share in shares.items()]
-    said += [f"the mesh's uncertainty from {more.mesh}"] if more.mesh else []
-    said += ["what the mesh correction leaves uncertain"] if more.mesh_correction else []
-    return tuple(said)
+    sentences += [f"a stated discrepancy of {100 * share:g} % of the peak of {name}" for name, share in shares.items()]
+    sentences += [f"the mesh's uncertainty from {more.mesh}"] if more.mesh else []
+    sentences += ["what the mesh correction leaves uncertain"] if more.mesh_correction else []
+    return tuple(sentences)
 
 
 def refuse_uncorrectable(dataset: Dataset, measured: Measured, case: Case, options: InversionOptions) -> None:

@@ -79,16 +79,16 @@ def command(
     from birdstrike.reports.page.models import write_models_page
     from birdstrike.solver.case.case import load_case
 
-    cases = [load_case(one, overrides(settings)) for one in (case, *shot_case)]
+    cases = [load_case(name, overrides(settings)) for name in (case, *shot_case)]
     with progress_bar("calibrate models") as advance:
-        found = calibrate_models(
+        comparison = calibrate_models(
             cases,
             list(measured),
             out,
             names_of(models, "--models", "null,elastic"),
-            runs,
-            seed,
-            workers,
+            runs=runs,
+            seed=seed,
+            workers=workers,
             channels=names_of(channels),
             posterior=posterior,
             optimisers=names_of(optimisers, "--optimisers", "least_squares"),
@@ -97,52 +97,59 @@ def command(
             progress=lambda _, share: advance(share),
         )
     page = write_models_page(out)
-    warn(found.warnings, f"{page} and models.json")
-    if found.simulated:
-        say(found.provenance)
-    console.print(table(found))
-    for name in found.ranking:
-        for one in found.models[name].combinations.values():
-            say(f"{name}: {one.sentence}")
-    for line in optimised_lines(found):
+    warn(comparison.warnings, f"{page} and models.json")
+    if comparison.simulated:
+        say(comparison.provenance)
+    console.print(table(comparison))
+    for line in lines(comparison):
         say(line)
-    for shot, said in found.per_shot_sentences.items():
-        say(f"{shot}, {found.speeds[shot]:g} m/s: {said}")
-    say(found.sentence)
     say(f"Written to {out}: models.json, {page.name}. {following('explore', out)}")
     return {
         "out": str(out),
         "models": str(out / "models.json"),
         "page": str(page),
-        "ranking": list(found.ranking),
-        "tied": list(found.tied),
-        "expected": {name: found.models[name].expected for name in found.ranking},
-        "warnings": list(found.warnings),
+        "ranking": list(comparison.ranking),
+        "tied": list(comparison.tied),
+        "expected": {name: comparison.models[name].expected for name in comparison.ranking},
+        "warnings": list(comparison.warnings),
     }
 
 
-def optimised_lines(found: ModelComparison) -> Iterator[str]:
+def lines(comparison: ModelComparison) -> Iterator[str]:
+    """What stands below the table: combinations, optimisers, each shot, the ranking."""
+    for name in comparison.ranking:
+        for combination in comparison.models[name].combinations.values():
+            yield f"{name}: {combination.sentence}"
+    yield from optimised_lines(comparison)
+    for shot, sentence in comparison.per_shot_sentences.items():
+        yield f"{shot}, {comparison.speeds[shot]:g} m/s: {sentence}"
+    yield comparison.sentence
+
+
+def optimised_lines(comparison: ModelComparison) -> Iterator[str]:
     """What optimisers with the solver in the loop reached, beside the calibration, as the page has it."""
-    for name in found.ranking:
-        one = found.models[name]
-        own = math.sqrt(sum(error.weighted**2 for error in one.verified.values()) / max(len(one.verified), 1))
-        for method, reached in one.optimised.items():
+    for name in comparison.ranking:
+        model = comparison.models[name]
+        calibrated = math.sqrt(
+            sum(error.weighted**2 for error in model.verified.values()) / max(len(model.verified), 1)
+        )
+        for method, reached in model.optimised.items():
             yield (
                 f"{name} by {method.replace('_', ' ')}: error {reached.weighted:.2f} times the noise with "
-                f"{reached.strikes} simulations a shot ({reached.ended}); the calibration's {own:.2f} with "
-                f"{max(one.strikes.values(), default=0)}"
+                f"{reached.strikes} simulations a shot ({reached.ended}); the calibration's {calibrated:.2f} with "
+                f"{max(model.strikes.values(), default=0)}"
             )
 
 
-def table(found: ModelComparison) -> Table:
+def table(comparison: ModelComparison) -> Table:
     """Models, best first: held-out error over the noise, overall and by shot."""
     shown = Table(title="held-out error over noise (95 %)", title_justify="left")
-    for head in ("bird model", "expected", *found.speeds, "best"):
+    for head in ("bird model", "expected", *comparison.speeds, "best"):
         shown.add_column(head, overflow="fold", no_wrap=head == "bird model")
-    for name in found.ranking:
-        one = found.models[name]
-        low, high = one.expected_95 or (float("nan"), float("nan"))
-        own = (f"{one.heldout[shot]:.2f}" for shot in found.speeds)
-        best = f"{100 * (one.probability_best or 0.0):.0f} %"
-        shown.add_row(name, f"{one.expected:.2f} ({low:.2f} .. {high:.2f})", *own, best)
+    for name in comparison.ranking:
+        model = comparison.models[name]
+        low, high = model.expected_95 or (float("nan"), float("nan"))
+        heldout = (f"{model.heldout[shot]:.2f}" for shot in comparison.speeds)
+        best = f"{100 * (model.probability_best or 0.0):.0f} %"
+        shown.add_row(name, f"{model.expected:.2f} ({low:.2f} .. {high:.2f})", *heldout, best)
     return shown

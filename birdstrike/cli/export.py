@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -39,6 +40,7 @@ DEFAULT_UNITS = next(iter(SYSTEMS))
 DECKS = (".k", ".key", ".rad", ".inc")
 """Endings of decks, which alone are written over."""
 ENDING = {Target.lsdyna: ".k", Target.radioss: ".rad"}
+DECK_ENDING = {Target.lsdyna: ".k", Target.radioss: "_0000.rad"}
 
 
 def export(
@@ -61,10 +63,30 @@ def export(
     also where ansys-dyna-core (the extra `lsdyna`) is not installed and the cards of a bird for LS-DYNA want it.
     """
     _known(to)
+    asked = _Asked(source, Path(out), to, units, case=case, method=method, settings=settings, model=model)
     if deck:
-        return _write_deck(source, out, to, units, case, method, settings, model).files[0]
-    _write_cards(source, out, to, units, case, method, settings, model)
-    return Path(out)
+        return _write_deck(asked).files[0]
+    _write_cards(asked)
+    return asked.out
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What is exported, and how: see `export`."""
+
+    source: CaseSource
+    out: Path
+    to: str
+    units: str
+    case: str | Path | None
+    method: str
+    settings: Mapping[str, Any] | None
+    model: str
+
+    @property
+    def folder(self) -> Path | None:
+        """The folder of results that is exported; None for a case."""
+        return Path(self.source) if isinstance(self.source, str | Path) and Path(self.source).is_dir() else None
 
 
 def _known(to: str) -> None:
@@ -72,55 +94,32 @@ def _known(to: str) -> None:
         raise UserError(f'--to "{to}" is not on offer; available: {", ".join(Target)}')
 
 
-def _refuse_results(out: str | Path) -> None:
+def _refuse_results(out: Path) -> None:
     """Raise UserError where cards would replace a file of results or a record."""
-    if Path(out).is_file() and Path(out).suffix.lower() not in DECKS:
+    if out.is_file() and out.suffix.lower() not in DECKS:
         raise UserError(
             f"--out {out} exists, and its name is not that of a deck; cards do not go into it: give a name that ends "
             f"in {', '.join(DECKS)}"
         )
 
 
-def _folder(source: CaseSource) -> Path | None:
-    """The folder of results that is exported; None for a case."""
-    return Path(source) if isinstance(source, str | Path) and Path(source).is_dir() else None
-
-
-def _write_deck(
-    source: CaseSource,
-    out: str | Path,
-    to: str,
-    units: str,
-    case: str | Path | None,
-    method: str,
-    settings: Mapping[str, Any] | None,
-    model: str,
-) -> WrittenDeck:
+def _write_deck(asked: _Asked) -> WrittenDeck:
     from birdstrike.reports.export.deck import write_deck
     from birdstrike.reports.export.exported import refuse_choices
     from birdstrike.solver.case.case import as_case
 
-    _refuse_results(out)
-    system = unit_system(units)
-    if _folder(source) is not None:
+    _refuse_results(asked.out)
+    system = unit_system(asked.units)
+    if asked.folder is not None:
         raise UserError(
-            f"--deck writes the deck of a case, and {source} is a folder; give a case file, such as the one that a "
-            "diagnosis leaves with its effect (case_after in diagnosis.json), or the inversion's case.toml"
+            f"--deck writes the deck of a case, and {asked.source} is a folder; give a case file, such as the one that "
+            "a diagnosis leaves with its effect (case_after in diagnosis.json), or the inversion's case.toml"
         )
-    refuse_choices(case, method, model)
-    return write_deck(as_case(source, settings), Path(out), to, system)
+    refuse_choices(asked.case, asked.method, asked.model)
+    return write_deck(as_case(asked.source, asked.settings), asked.out, asked.to, system)
 
 
-def _write_cards(
-    source: CaseSource,
-    out: str | Path,
-    to: str,
-    units: str,
-    case: str | Path | None,
-    method: str,
-    settings: Mapping[str, Any] | None,
-    model: str,
-) -> int:
+def _write_cards(asked: _Asked) -> int:
     """Writes the birds' cards and those of the effects in a folder; how many effects."""
     from birdstrike.data.files import write_atomically
     from birdstrike.reports.export.effects import effect_lines, read_effects
@@ -128,18 +127,18 @@ def _write_cards(
     from birdstrike.reports.export.lsdyna import write_lsdyna
     from birdstrike.reports.export.radioss import bird_file
 
-    _refuse_results(out)
-    system, folder = unit_system(units), _folder(source)
-    if folder is not None and settings:
-        raise UserError(f"--set changes a case, and {source} is a folder; leave it out, or give a case")
-    birds = read_export(source, case, method, settings, model)
-    found = None if folder is None else read_effects(folder, case)
-    lines = [] if found is None else effect_lines(found, system, to)
-    if to == Target.lsdyna:
-        write_lsdyna(Path(out), birds, system, lines)
+    _refuse_results(asked.out)
+    system, folder = unit_system(asked.units), asked.folder
+    if folder is not None and asked.settings:
+        raise UserError(f"--set changes a case, and {asked.source} is a folder; leave it out, or give a case")
+    birds = read_export(asked.source, asked.case, asked.method, asked.settings, asked.model)
+    effects = None if folder is None else read_effects(folder, asked.case)
+    lines = [] if effects is None else effect_lines(effects, system, asked.to)
+    if asked.to == Target.lsdyna:
+        write_lsdyna(asked.out, birds, system, lines)
     else:
-        write_atomically(Path(out), bird_file(birds, system, lines))
-    return 0 if found is None else len(found.effects)
+        write_atomically(asked.out, bird_file(birds, system, lines))
+    return 0 if effects is None else len(effects.effects)
 
 
 def _default_path(folder: Path, model: str, ending: str) -> Path:
@@ -189,24 +188,34 @@ def command(
     A whole case: birdstrike export reference_strike --deck --to radioss --out strike_0000.rad
     """
     folder = Path(source)
-    if deck:
-        path = out or Path(f"{folder.stem}{'_0000.rad' if to == Target.radioss else '.k'}")
-        with console.status("writing the deck"):
-            written = _write_deck(source, path, to.value, units, case, method.value, overrides(settings), model)
-        for line in written.missing:
-            say(line)
-        files = [str(file) for file in written.files]
-        say(f"Written, units {units}: {', '.join(files)}; which of its outputs are the sensors: {written.sensors}.")
-        say(f"{written.nodes} nodes, {written.elements} elements, bird included. Run it; then:")
-        say(following("compare", source, *set_again(settings), "--histories", "RESULT", "--deck", written.sensors))
-        counts = {"nodes": written.nodes, "elements": written.elements}
-        return {"out": files[0], "files": files, "units": units, "sensors": str(written.sensors), **counts}
-    ending = ENDING[to]
-    path = out or _default_path(folder, model, ending)
+    if out is None:
+        out = Path(f"{folder.stem}{DECK_ENDING[to]}") if deck else _default_path(folder, model, ENDING[to])
+    asked = _Asked(
+        source, out, to.value, units, case=case, method=method.value, settings=overrides(settings), model=model
+    )
+    return _deck(asked, [source, *set_again(settings)]) if deck else _cards(asked)
+
+
+def _deck(asked: _Asked, case: Sequence[str]) -> dict[str, Any]:
+    """Write a case's deck and say what is in it; case: the words by which a command names it."""
+    with console.status("writing the deck"):
+        written = _write_deck(asked)
+    for line in written.missing:
+        say(line)
+    files = [str(file) for file in written.files]
+    say(f"Written, units {asked.units}: {', '.join(files)}; which of its outputs are the sensors: {written.sensors}.")
+    say(f"{written.nodes} nodes, {written.elements} elements, bird included. Run it; then:")
+    say(following("compare", *case, "--histories", "RESULT", "--deck", written.sensors))
+    counts = {"nodes": written.nodes, "elements": written.elements}
+    return {"out": files[0], "files": files, "units": asked.units, "sensors": str(written.sensors), **counts}
+
+
+def _cards(asked: _Asked) -> dict[str, Any]:
+    """Write the cards and say what to do with them."""
     with console.status("writing cards"):
-        effects = _write_cards(source, path, to.value, units, case, method.value, overrides(settings), model)
-    include = "*INCLUDE" if to == Target.lsdyna else "#include"
+        effects = _write_cards(asked)
+    include = "*INCLUDE" if asked.to == Target.lsdyna else "#include"
     more = f", with the cards of {many(effects, 'effect')}" if effects else ""
-    head = f"Written to {path}, units {units}{more}."
+    head = f"Written to {asked.out}, units {asked.units}{more}."
     say(f"{head} Next: {include} it in your model, and read the comments above each card.")
-    return {"out": str(path), "units": units, "effects": effects}
+    return {"out": str(asked.out), "units": asked.units, "effects": effects}

@@ -76,7 +76,7 @@ def _made(experiment: Experiment, place: Path, options: DiagnosisOptions, noise:
         clean = () if experiment.baseline is None else (_named(read_measured(experiment.baseline), BASELINE),)
         held = None if experiment.heldout is None else read_measured(experiment.heldout)
         folder = place / "diagnoses" / case_hash(case)
-        found = diagnose(case, shots, folder, None, held, options, False, clean)
+        found = diagnose(case, shots, folder, heldout=held, options=options, baseline=clean)
     except MachineFailure:
         raise
     except (UserError, RunFailed) as error:

@@ -75,7 +75,17 @@ def draw(case: Case, seed: int, number: int, forms: bool, attempt: int = 0) -> D
     what, outside = _outside(case, rng) if kind == OUTSIDE else ("", {})
     acting = _bearable(case, {SINGLE: 1, PAIR: 2}.get(kind, 0), rng)
     theta, clean = _parameters(case, rng), _parameters(case, rng)
-    return Drawn(number, kind, theta, clean, acting, form, int(rng.integers(1_000_000)), what, outside)
+    return Drawn(
+        number=number,
+        kind=kind,
+        parameters=theta,
+        clean=clean,
+        effects=acting,
+        form=form,
+        seed=int(rng.integers(1_000_000)),
+        what=what,
+        outside=outside,
+    )
 
 
 def _parameters(case: Case, rng: Generator) -> dict[str, float]:

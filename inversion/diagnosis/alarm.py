@@ -48,7 +48,13 @@ def at_shares(fit: Fit) -> ModelTester:
     combinations = np.repeat(SHARES[:, None], len(fit.tester.kinds), axis=1)
     own = (max(BIRDS_APART),)  # a bird of its own: the least that a model could need
     return ModelTester(
-        fit.system, fit.tester.known, fit.tester.places, fit.tester.scale, combinations, (UNNAMED[0],), own
+        system=fit.system,
+        known=fit.tester.known,
+        places=fit.tester.places,
+        scale=fit.tester.scale,
+        combinations=combinations,
+        unnamed=(UNNAMED[0],),
+        apart=own,
     )
 
 

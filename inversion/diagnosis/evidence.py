@@ -448,7 +448,18 @@ class ModelTester:
         weights[nodes] = w.sum(axis=0)
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
         unnamed = float(np.exp(weights @ np.log(self.unnamed)))
-        return Evidence(hypothesis, evidence, h, h_cov + by_lattice, by_lattice, z, z_cov, weights, mean, unnamed)
+        return Evidence(
+            hypothesis=hypothesis,
+            log_evidence=evidence,
+            h=h,
+            h_cov=h_cov + by_lattice,
+            h_lattice=by_lattice,
+            z=z,
+            z_cov=z_cov,
+            weights=weights,
+            amplitudes=mean,
+            unnamed=unnamed,
+        )
 
     def _sizes(
         self, hypothesis: Hypothesis, nodes: Indices, w: Array, best: Array, covariance: Array

@@ -124,7 +124,16 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
     best, name, what = found[0]
     listed = tuple({"channel": n, "expected_probability": p, "what": w} for p, n, w in found)
     likeliest = max(none, float(weights.max())) / (none + float(weights.sum()))
-    return Proposal(name, separates, best, now, what, listed, needed, likeliest)
+    return Proposal(
+        channel=name,
+        separates=separates,
+        expected=best,
+        now=now,
+        what=what,
+        candidates=listed,
+        needed=needed,
+        likeliest=likeliest,
+    )
 
 
 def _likeliest(ranking: Ranking, compared: list[str]) -> int:

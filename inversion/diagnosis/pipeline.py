@@ -68,7 +68,9 @@ from birdstrike.inversion.results.diagnosis import (
     NONE,
     SOMETHING_ELSE,
     Diagnosis,
+    EffectFigures,
     ShotStates,
+    State,
     of_another_bird,
 )
 from birdstrike.inversion.results.diagnosis_text import sentence_of
@@ -114,6 +116,41 @@ class DiagnosisOptions:
 
 
 @dataclass(frozen=True)
+class _Decision:
+    """The verdict, and what it rests on.
+
+    ranking: with a refit of the chosen effect; alarm: p of the model without an effect; same_bird: probability that all
+    birds are one, None of a single shot; required: see `required_discrepancy`; chosen: the single effect whose case is
+    written; runs, failed: shot and `before` or `after` -> the solver at that fit, or why it failed; held: model -> the
+    parts of the data held out from it; doubts: warnings that the likeliest effect is not attributed, or not borne out.
+    """
+
+    ranking: Ranking
+    alarm: float
+    same_bird: float | None
+    required: Mapping[str, float | None]
+    verdict: str
+    chosen: str | None
+    runs: Mapping[str, SolverRun]
+    failed: Mapping[str, str]
+    held: Mapping[str, list[Held]]
+    doubts: tuple[str, ...]
+
+    def states(self, shot: Shot, held: Mapping[str, list[Held]]) -> tuple[State, State | None]:
+        """Before and after in one shot, by the given parts that were held out of each model."""
+        runs = _of_shot(self.runs, shot.name)
+        before = state(self.ranking, NONE, shot, held[NONE], runs.get("before"))
+        if not self.chosen:
+            return before, None
+        return before, state(self.ranking, self.chosen, shot, held[self.chosen], runs.get("after"))
+
+    def shot_states(self, shot: Shot) -> ShotStates:
+        """Before and after in one shot, by the parts of its own record."""
+        parts = {label: [part for part in held if part.shot == shot.name] for label, held in self.held.items()}
+        return ShotStates(shot.name, shot.setup.plan.case.name, *self.states(shot, parts))
+
+
+@dataclass(frozen=True)
 class Pipeline:
     """One diagnosis of measured shots beside their baselines; warnings: what the user must know of the input."""
 
@@ -137,7 +174,8 @@ class Pipeline:
                 ranking = rank(again, progress)
             p = alarm(ranking, self.options.seed)
             measured = tuple(shot for shot in ranking.problem.shots if not shot.baseline)
-            return replace(self, shots=measured)._assembled(ranking, p, refinement, heldout)
+            measured_alone = replace(self, shots=measured)
+            return measured_alone._assembled(measured_alone._decided(ranking, p, heldout), refinement)
 
     @cached_property
     def problem(self) -> Problem:
@@ -201,38 +239,53 @@ class Pipeline:
         settled = ranking.presence[best] >= max(SETTLED, ranking.shares[NONE])
         return best if settled and verdict != NO_RESIDUAL else None
 
-    def _assembled(self, ranking: Ranking, p: float, refinement: Mapping[str, Any], heldout: Shot | None) -> Diagnosis:
-        """The answer's figures."""
-        credible, required = ranking.confidence_set, required_discrepancy(ranking)
-        ahead = ranking.ahead(_likeliest(ranking))
-        bird = self._same_bird(ranking)
-        verdict = verdict_of(ranking.presence, p, self.options.alpha, credible, bird, ahead)
+    def _decided(self, ranking: Ranking, p: float, heldout: Shot | None) -> _Decision:
+        """The verdict by the probabilities, as far as what was held out bears it out."""
+        ahead, same_bird = ranking.ahead(_likeliest(ranking)), self._same_bird(ranking)
+        verdict = verdict_of(ranking.presence, p, self.options.alpha, ranking.confidence_set, same_bird, ahead)
         chosen = self._chosen(ranking, verdict)
-        close = _close(ranking, chosen, ahead)
+        required, doubts = required_discrepancy(ranking), _close(ranking, chosen, ahead)
         ranking = ranking.refitted(chosen) if chosen else ranking
         runs, failed = self._checked(ranking, chosen)
-        held = self._held_out(ranking, chosen, heldout, not of_another_bird(bird))
+        held = self._held_out(ranking, chosen, heldout, not of_another_bird(same_bird))
         if verdict == ATTRIBUTED and chosen and (against := _unpredicted(ranking, chosen, held)):
-            verdict, close = AMBIGUOUS, [*close, *against]
+            verdict, doubts = AMBIGUOUS, [*doubts, *against]
         if chosen and heldout is not None:
-            close = [*close, *_worse_held_out(chosen, held)]
+            doubts = [*doubts, *_worse_held_out(chosen, held)]
         if chosen:
             held = {**held, chosen: predicted_parts(ranking.models[chosen].members[0], held[chosen])}
-        shot, detectable = self.shots[0], minimum_detectable(ranking, self.options.alpha)
-        best = runs.get(f"{self._shot_with(ranking, chosen)} after")
-        figures = effect_figures(ranking, required, chosen if best else None)
-        proposal = propose(ranking, shot, verdict != NO_RESIDUAL and of_another_bird(bird))
-        found = Diagnosis(
-            alpha=self.options.alpha,
+        return _Decision(
+            ranking=ranking,
             alarm=p,
+            same_bird=same_bird,
+            required=required,
             verdict=verdict,
-            confidence_set=credible,
+            chosen=chosen,
+            runs=runs,
+            failed=failed,
+            held=held,
+            doubts=tuple(doubts),
+        )
+
+    def _assembled(self, decision: _Decision, refinement: Mapping[str, Any]) -> Diagnosis:
+        """The answer's figures."""
+        ranking, chosen, runs = decision.ranking, decision.chosen, decision.runs
+        shot, detectable = self.shots[0], minimum_detectable(ranking, self.options.alpha)
+        best = runs.get(f"{self._shot_with(decision)} after")
+        effects = effect_figures(ranking, decision.required, chosen if best else None)
+        proposal = propose(ranking, shot, decision.verdict != NO_RESIDUAL and of_another_bird(decision.same_bird))
+        before, after = decision.states(shot, decision.held)
+        diagnosis = Diagnosis(
+            alpha=self.options.alpha,
+            alarm=decision.alarm,
+            verdict=decision.verdict,
+            confidence_set=ranking.confidence_set,
             probabilities=dict(sorted(ranking.shares.items(), key=lambda entry: -entry[1])[:MOST_SHARES]),
             families=ranking.families,
-            required_discrepancy=required,
-            effects=figures,
-            before=state(ranking, NONE, shot, held[NONE], runs.get(f"{shot.name} before")),
-            after=state(ranking, chosen, shot, held[chosen], runs.get(f"{shot.name} after")) if chosen else None,
+            required_discrepancy=decision.required,
+            effects=effects,
+            before=before,
+            after=after,
             minimum_detectable=detectable,
             next_measurement=None if proposal is None else {**vars(proposal), "sentence": proposal.sentence},
             pairs=pair_figures(ranking),
@@ -241,14 +294,14 @@ class Pipeline:
             discrepancy=discrepancy_figures(ranking, chosen),
             nuisance={},
             baseline=self._baseline_figures(ranking, detectable),
-            shots=tuple(self._shot_figures(ranking, one, chosen, runs, held) for one in self.shots),
-            held_out=_side_by_side(held, chosen),
+            shots=tuple(decision.shot_states(one) for one in self.shots),
+            held_out=_side_by_side(decision.held, chosen),
             case_after=None,
             strikes={
                 **simulation_counts(ranking, self.simulations, shot, runs, chosen),
                 "refinement": dict(refinement),
             },
-            warnings=self._warnings(ranking, chosen, figures, failed, close),
+            warnings=self._warnings(decision, effects),
             refused=shot.setup.refused,
             left_out={name: share for one in self.shots for name, share in one.setup.left_out.items()},
             record={"path": shot.name, "simulated": False},
@@ -257,15 +310,15 @@ class Pipeline:
             case=best.case if best else None,
             model=model_table(ranking, self.shots, {"before": NONE, **({"after": chosen} if chosen else {})}),
         )
-        return replace(found, sentence=sentence_of(found))
+        return replace(diagnosis, sentence=sentence_of(diagnosis))
 
-    def _shot_with(self, ranking: Ranking, chosen: str | None) -> str:
-        """Name of the first shot in which an effect acts; of a sensor's fault, that has the sensor in its record."""
-        if chosen is None:
+    def _shot_with(self, decision: _Decision) -> str:
+        """Name of the first shot with the chosen effect; of a sensor's fault, that has the sensor in its record."""
+        if decision.chosen is None:
             return self.shots[0].name
-        one = ranking.models[chosen].members[0]
-        acting = [shot for shot in self.shots if shot.name in one.shots]
-        seen = [shot for shot in acting if one.fault and set(one.fault.sensors) & set(shot.channels)]
+        effect = decision.ranking.models[decision.chosen].members[0]
+        acting = [shot for shot in self.shots if shot.name in effect.shots]
+        seen = [shot for shot in acting if effect.fault and set(effect.fault.sensors) & set(shot.channels)]
         return (seen or acting)[0].name
 
     def _checked(self, ranking: Ranking, chosen: str | None) -> tuple[dict[str, SolverRun], dict[str, str]]:
@@ -290,21 +343,6 @@ class Pipeline:
                 fit, model = ranking.fits[label], ranking.models[label]
                 held[label].append(other_record(ranking.problem, model, fit, heldout, self.shots[0]))
         return held
-
-    def _shot_figures(
-        self,
-        ranking: Ranking,
-        shot: Shot,
-        chosen: str | None,
-        runs: Mapping[str, SolverRun],
-        held: Mapping[str, list[Held]],
-    ) -> ShotStates:
-        """Before and after in one shot; held: of all shots, by model."""
-        own = _of_shot(runs, shot.name)
-        parts = {label: [part for part in found if part.shot == shot.name] for label, found in held.items()}
-        before = state(ranking, NONE, shot, parts[NONE], own.get("before"))
-        after = state(ranking, chosen, shot, parts[chosen], own.get("after")) if chosen else None
-        return ShotStates(shot.name, shot.setup.plan.case.name, before, after)
 
     def _baseline_figures(self, ranking: Ranking, detectable: Mapping[str, float | None]) -> dict[str, Any] | None:
         """What the baselines show, and by how much smaller they make what can be detected."""
@@ -357,57 +395,56 @@ class Pipeline:
             "with a bird of the shot's own recipe"
         ]
 
-    def _warnings(
-        self,
-        ranking: Ranking,
-        chosen: str | None,
-        figures: Sequence[Any],
-        failed: Mapping[str, str],
-        close: Sequence[str],
-    ) -> tuple[str, ...]:
-        """The gravest first; close: why the likeliest effect is not attributed."""
-        found = [
+    def _warnings(self, decision: _Decision, effects: Sequence[EffectFigures]) -> tuple[str, ...]:
+        """The gravest first."""
+        ranking, chosen = decision.ranking, decision.chosen
+        sentences = [
             f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's"
-            for label, reason in failed.items()
+            for label, reason in decision.failed.items()
         ]
-        found += [*self.warnings, *_left_out(setups_of(self.shots)), *self._baseline_warnings(ranking), *close]
-        if chosen and next(one for one in figures if one.name == chosen).at_bound:
-            found.append(
+        sentences += [
+            *self.warnings,
+            *_left_out(setups_of(self.shots)),
+            *self._baseline_warnings(ranking),
+            *decision.doubts,
+        ]
+        if chosen and next(effect for effect in effects if effect.name == chosen).at_bound:
+            sentences.append(
                 f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
                 "or something that is not in the library looks like it"
             )
         lacking = dict.fromkeys(name for shot in self.shots for name in _not_carried(shot))
         if lacking:
-            found.append(
+            sentences.append(
                 f"inversion.nuisance of {', '.join(lacking)} is not carried: the case seeks or states the same "
                 "quantity as a parameter or an effect, or its simulations failed; the answer takes the declared value "
                 "as exact"
             )
         for shot in self.shots:
-            found += _prior_conflicts(shot, ranking, chosen or NONE)
-        found += shells_of_a_file(unrefined_file(shot.setup.plan.case) for shot in self.shots)
-        found += _lattices_lacking((*self.shots, *self.baselines.shots))
+            sentences += _prior_conflicts(shot, ranking, chosen or NONE)
+        sentences += shells_of_a_file(unrefined_file(shot.setup.plan.case) for shot in self.shots)
+        sentences += _lattices_lacking((*self.shots, *self.baselines.shots))
         for shot in self.shots:
-            found += [f"{shot.name}: {line}" for line in shot.record.warnings]
-        return tuple(found)
+            sentences += [f"{shot.name}: {line}" for line in shot.record.warnings]
+        return tuple(sentences)
 
     def _baseline_warnings(self, ranking: Ranking) -> list[str]:
         """What the baselines and their bird, or the want of them, mean for the answer."""
-        found = [*self.baselines.warnings]
+        sentences = [*self.baselines.warnings]
         if not self.baselines.shots and ranking.problem.known.source != STATED:
-            found.append(
+            sentences.append(
                 "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "
                 "that only effects larger than the model error can be named; fire a shot in which nothing is changed "
                 "and pass it with --baseline"
             )
         case = self.shots[0].setup.plan.case
         if not self.baselines.shots and case.solver.name == "external":
-            found.append(
+            sentences.append(
                 f"{simulated_by(case)} is run on the declared mesh alone: its discretisation error is not measured and "
                 "may be taken for an effect; compare with a finer mesh by hand, or pass a shot in which nothing is "
                 "changed with --baseline, which shows it"
             )
-        return [*found, *self._of_birds(ranking)]
+        return [*sentences, *self._of_birds(ranking)]
 
 
 def _not_carried(shot: Shot) -> list[str]:

@@ -204,7 +204,16 @@ def make_plan(case: Case, runs: int = RUNS, seed: int = 0, first: Case | None = 
     space = ParameterSpace.of(case.parameters())
     unit = make_design("uniform", space, runs, seed).unit
     known, refused = library(case, first or case)
-    return Plan(case, coarse, fine, space, unit, spread(unit), blocks(case, coarse, known), refused)
+    return Plan(
+        case=case,
+        coarse=coarse,
+        fine=fine,
+        space=space,
+        unit=unit,
+        spread=spread(unit),
+        blocks=blocks(case, coarse, known),
+        refused=refused,
+    )
 
 
 def blocks(case: Case, coarse: Case, known: Sequence[Known]) -> tuple[Block, ...]:

@@ -175,7 +175,20 @@ def make_setup(
     box = max(emulator.regions, key=lambda r: float(np.prod(r.highs - r.lows)))
     lows, highs = (fractions(plan, np.asarray(edge)) for edge in (box.lows, box.highs))
     none = MeshCorrection.none(len(data.time) * len(channels))
-    bare = Setup(plan, data.time, channels, emulator, none, {}, {}, lows, highs, runs, measured, moved)
+    bare = Setup(
+        plan=plan,
+        time=data.time,
+        channels=channels,
+        emulator=emulator,
+        mesh=none,
+        learnt={},
+        refused={},
+        lows=lows,
+        highs=highs,
+        runs=runs,
+        measured=measured,
+        unpredictable=moved,
+    )
     fine = [i for i in plan.fine_points() if f"fine {i}" in runs]
     stacks = {label: stack(histories, data.time, channels) for label, histories in runs.items()}
     z = plan.unit[fine]
@@ -248,16 +261,16 @@ def dataset(plan: Plan, channels: Sequence[str], runs: Mapping[str, Histories]) 
     histories = [runs[f"coarse {i}"] for i in done]
     space, loss = plan.space, plan.case.bird.material.smooth_loss
     return Dataset(
-        space.names,
-        space.units,
-        space.lows,
-        space.highs,
-        np.array(done, dtype=np.int64) + 1,
-        space.to_physical(plan.unit[done]),
-        histories[0].time,
-        {name: np.array([one.channels[name] for one in histories]) for name in channels},
-        {name: histories[0].units[name] for name in channels},
-        np.array([is_smooth(one.summary, loss) for one in histories]),
-        case_hash(plan.coarse),
+        names=space.names,
+        units=space.units,
+        lows=space.lows,
+        highs=space.highs,
+        runs=np.array(done, dtype=np.int64) + 1,
+        parameters=space.to_physical(plan.unit[done]),
+        time=histories[0].time,
+        curves={name: np.array([one.channels[name] for one in histories]) for name in channels},
+        channel_units={name: histories[0].units[name] for name in channels},
+        smooth=np.array([is_smooth(one.summary, loss) for one in histories]),
+        case_hash=case_hash(plan.coarse),
         smooth_loss=loss,
     )

@@ -113,7 +113,15 @@ def _trace(channel: ChannelRecord, most: int) -> Trace:
     block = -(-count // most)
     kept = np.arange(count - count % block)
     values = averaged(channel.values[kept], block)
-    return Trace(channel.name, channel.unit, channel.times[kept], block, values, channel.noise.at(kept), channel.peak)
+    return Trace(
+        name=channel.name,
+        unit=channel.unit,
+        times=channel.times[kept],
+        block=block,
+        values=values,
+        noise=channel.noise.at(kept),
+        peak=channel.peak,
+    )
 
 
 TIME_OFFSET = "time_offset"

@@ -69,7 +69,9 @@ class Block:
         inner = solve_triangular(L, solve_triangular(L, U, lower=True).T, lower=True)
         lam, V = eigh(0.5 * (inner + inner.T))
         T = solve_triangular(L, V, lower=True, trans=1).T
-        return cls(kind, rows, T, np.maximum(lam, 0.0), 2.0 * float(np.log(np.diag(L)).sum()), F, U)
+        return cls(
+            kind=kind, rows=rows, T=T, lam=np.maximum(lam, 0.0), logdet=2.0 * float(np.log(np.diag(L)).sum()), F=F, U=U
+        )
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,15 @@ class Calibrator:
         n = len(self.model.observations.values)
         t0 = float(np.clip(found.x[r], *self.offsets)) * self.sigma
         cost = 2.0 * found.cost + whitening.log_determinant
-        return Mode(z, self.coordinates.theta(z, box), t0, covariance, cost, found.fun[:n], box)
+        return Mode(
+            z=z,
+            theta=self.coordinates.theta(z, box),
+            t0=t0,
+            covariance=covariance,
+            cost=cost,
+            residual=found.fun[:n],
+            box=box,
+        )
 
     def _rows(self, p: Array, whitening: Whitening, box: Box) -> Array:
         """Whitened data residuals, then prior, then time origin."""

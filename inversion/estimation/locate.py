@@ -133,6 +133,47 @@ def locate(
     emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
     carried = carried_coordinates(dataset, design.rank, _judged(dataset)[1]) if design.deficient else None
     coordinates = carried or parameter_coordinates(dataset, emulator.regions, choice.priors)
+    calibrator = _with_known_errors(dataset, observations, emulator, coordinates, choice, columns)
+    fits, drifts = calibrator.best_fits(choice.seed), ()
+    if not measured.simulated:
+        calibrator, fits, drifts = with_drift(calibrator, fits, choice.seed)
+    best_fit, modes, residual = fits
+    origin, origin_remarks = time_origin(calibrator, modes)
+    predictive = prior_predictive(dataset, observations, best_fit.residual, origin.value)
+    posterior = None
+    if choice.sampling is not None and predictive.inside and not design.deficient and "emulator" in choice.methods():
+        enlarged = replace(calibrator, model=replace(calibrator.model, observations=widened(observations, residual)))
+        posterior = sample(enlarged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
+    progress(1.0)
+    warnings = (
+        *(() if predictive.inside else [prior_predictive_warning(predictive, observations, choice.more_runs)]),
+        *([f"{design.sentence}: no separate values are given"] if design.deficient else ()),
+        *(posterior.warnings if posterior else ()),
+        *implausible(dataset, observations, choice.time_offset),
+        *(residual.warnings if predictive.inside else ()),
+        *drifts,
+        *_of_priors(coordinates, choice, dataset, modes[0]),
+    )
+    return Located(
+        calibration=Calibration(dataset, design, calibrator, modes, predictive.inside, posterior),
+        observations=observations,
+        origin=origin,
+        prior_predictive=predictive,
+        residual=residual,
+        warnings=warnings,
+        remarks=(*observations.warnings, *origin_remarks, *emulator_warnings(emulator, dataset)),
+    )
+
+
+def _with_known_errors(
+    dataset: Dataset,
+    observations: Observations,
+    emulator: Emulator,
+    coordinates: Coordinates,
+    choice: InversionOptions,
+    columns: Columns | None,
+) -> Calibrator:
+    """The calibration problem with what is known to be wrong: baselines, the emulator's errors, and `columns`."""
 
     def problem(t0: float) -> Calibrator:
         """With the errors of poorly predicted channels where a clock t0 [s] late has them."""
@@ -142,33 +183,11 @@ def locate(
         )
 
     calibrator = problem(0.0)
-    if choice.time_offset and any(poor(emulator.channels[name]) for name in names):
+    if choice.time_offset and any(poor(emulator.channels[channel.name]) for channel in observations.channels):
         calibrator = problem(calibrator.fit(choice.seed)[0].t0)
-    if columns is not None:
-        calibrator = calibrator.with_known(columns(observations, calibrator.fit(choice.seed)[0]))
-    fits, drifts = calibrator.best_fits(choice.seed), ()
-    if not measured.simulated:
-        calibrator, fits, drifts = with_drift(calibrator, fits, choice.seed)
-    best_fit, modes, residual = fits
-    origin, held = time_origin(calibrator, modes)
-    found = prior_predictive(dataset, observations, best_fit.residual, origin.value)
-    posterior = None
-    if choice.sampling is not None and found.inside and not design.deficient and "emulator" in choice.methods():
-        enlarged = replace(calibrator, model=replace(calibrator.model, observations=widened(observations, residual)))
-        posterior = sample(enlarged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
-    progress(1.0)
-    warnings = (
-        *(() if found.inside else [prior_predictive_warning(found, observations, choice.more_runs)]),
-        *([f"{design.sentence}: no separate values are given"] if design.deficient else ()),
-        *(posterior.warnings if posterior else ()),
-        *implausible(dataset, observations, choice.time_offset),
-        *(residual.warnings if found.inside else ()),
-        *drifts,
-        *_of_priors(coordinates, choice, dataset, modes[0]),
-    )
-    remarks = (*observations.warnings, *held, *emulator_warnings(emulator, dataset))
-    calibration = Calibration(dataset, design, calibrator, modes, found.inside, posterior)
-    return Located(calibration, observations, origin, found, residual, warnings, remarks)
+    if columns is None:
+        return calibrator
+    return calibrator.with_known(columns(observations, calibrator.fit(choice.seed)[0]))
 
 
 def _of_priors(coordinates: Coordinates, choice: InversionOptions, dataset: Dataset, best: Mode) -> list[str]:
@@ -184,16 +203,18 @@ def _of_priors(coordinates: Coordinates, choice: InversionOptions, dataset: Data
         return quantity(value, unit)
 
     sd = np.sqrt(np.diag(best.covariance)[:-1])
-    found = conflicts(coordinates.prior, dataset.names, best.z, sd, shown)
+    warnings = conflicts(coordinates.prior, dataset.names, best.z, sd, shown)
     if "network" in choice.methods():
-        found.append(f"the network does not know the prior of {names}: it knows the ranges alone")
-    return found
+        warnings.append(f"the network does not know the prior of {names}: it knows the ranges alone")
+    return warnings
 
 
 def design_figures(dataset: Dataset) -> DesignFigures:
     """Quality of the runs that finished and stayed smooth, those that the emulator rests on."""
-    found, _ = _judged(dataset)
-    return DesignFigures(found.rank, found.discrepancy, found.max_correlation, found.parameters, found.sentence)
+    quality, _ = _judged(dataset)
+    return DesignFigures(
+        quality.rank, quality.discrepancy, quality.max_correlation, quality.parameters, quality.sentence
+    )
 
 
 def _judged(dataset: Dataset) -> tuple[Quality, ParameterSpace]:

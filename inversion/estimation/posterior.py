@@ -169,7 +169,16 @@ def _posterior(density: Likelihood, mode: Mode, chains: list[_Chain], free: NDAr
     r = len(mode.z)
     acceptance = float(np.mean([chain.sampler.acceptance_fraction for chain in chains]))
     t0 = p[:, -1] * density.calibrator.sigma
-    return Posterior(p[:, :r], density.theta(p[:, :r]), t0, rhat[:r], ess[:r], acceptance, length, mode)
+    return Posterior(
+        z=p[:, :r],
+        theta=density.theta(p[:, :r]),
+        t0=t0,
+        rhat=rhat[:r],
+        ess=ess[:r],
+        acceptance=acceptance,
+        steps=length,
+        mode=mode,
+    )
 
 
 def _agreement(ensembles: Array) -> tuple[Array, Array]:

@@ -132,14 +132,14 @@ def joined(shots: Sequence[Shot], origins: Sequence[tuple[float, bool]] | None =
         for i, (shot, t0, ok) in enumerate(zip(shots, offsets, inside, strict=True))
     )
     return Joint(
-        dataset,
-        measured,
-        JointForward(tuple(shot.forward for shot in shots), dataset.time),
-        JointForward(tuple(shot.verified_by for shot in shots), dataset.time),
-        replace(first.options, noise=noise),
-        _columns(shots, dataset),
-        figures,
-        tuple(dict.fromkeys(said for shot in shots for said in shot.known_errors)),
+        dataset=dataset,
+        measured=measured,
+        forward=JointForward(tuple(shot.forward for shot in shots), dataset.time),
+        verifier=JointForward(tuple(shot.verified_by for shot in shots), dataset.time),
+        options=replace(first.options, noise=noise),
+        columns=_columns(shots, dataset),
+        figures=figures,
+        known_errors=tuple(dict.fromkeys(said for shot in shots for said in shot.known_errors)),
     )
 
 

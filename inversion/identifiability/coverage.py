@@ -67,18 +67,18 @@ def coverage(
     held = (spans[..., 0] <= z) & (z <= spans[..., 1])
     narrow = identified(spans[..., 1] - spans[..., 0], calibrator.coordinates.prior.width())
     return Coverage(
-        "emulator" if forward is None else "solver",
-        truths,
-        _named(calibrator, narrow.mean(axis=0)),
-        {
+        made_by="emulator" if forward is None else "solver",
+        truths=truths,
+        identified=_named(calibrator, narrow.mean(axis=0)),
+        hits={
             name: float(held[narrow[:, j], j].mean()) if narrow[:, j].any() else None
             for j, name in enumerate(calibrator.coordinates.names)
         },
-        _named(calibrator, held.mean(axis=0)),
-        _named(calibrator, np.sqrt(((means - z) ** 2).mean(axis=0))),
-        _named(calibrator, bound(calibrator, z)),
-        _named(calibrator, bound(calibrator, z, emulator_error=True)),
-        sum(not f[2] for f in found),
+        hits_all=_named(calibrator, held.mean(axis=0)),
+        error=_named(calibrator, np.sqrt(((means - z) ** 2).mean(axis=0))),
+        bound=_named(calibrator, bound(calibrator, z)),
+        bound_with_emulator=_named(calibrator, bound(calibrator, z, emulator_error=True)),
+        unsettled=sum(not f[2] for f in found),
     )
 
 

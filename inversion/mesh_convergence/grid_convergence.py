@@ -60,12 +60,28 @@ def grid_convergence(spacings: Sequence[float], values: Sequence[float]) -> Grid
     behaviour = behaviour_of(spacings, np.array([[one], [two], [three]]))[0]
     if behaviour != "convergent":
         spread = max(one, two, three) - min(one, two, three)
-        return GridConvergence(behaviour, (one, two, three), None, None, None, None, (spread, spread, spread))
+        return GridConvergence(
+            behaviour=behaviour,
+            values=(one, two, three),
+            order=None,
+            order_used=None,
+            safety=None,
+            extrapolated=None,
+            uncertainties=(spread, spread, spread),
+        )
     order = observed_order(spacings, (one, two, three))
     used, safety = order_and_safety(np.array([order]))
     exact = float(extrapolated(spacings, np.array([one]), np.array([two]), used)[0])
     off = (safety * abs(one - exact), safety * abs(two - exact), safety * abs(three - exact))
-    return GridConvergence("convergent", (one, two, three), order, used, safety, exact, off)
+    return GridConvergence(
+        behaviour="convergent",
+        values=(one, two, three),
+        order=order,
+        order_used=used,
+        safety=safety,
+        extrapolated=exact,
+        uncertainties=off,
+    )
 
 
 def observed_order(spacings: Sequence[float], values: Sequence[float] | Array) -> float:

@@ -48,7 +48,11 @@ def combinations(runs: ModelRuns, outcome: InversionOutcome, located: Located) -
         text = f"the bulk modulus {named} is not identifiable from {records}"
     elif weak and len(keys) > 1:
         text += f"; {listing(weak)} not identifiable from {records}: only the combination counts"
-    return {"bulk_modulus": Combined(value, interval, "Pa", known, formula, keys, text)}
+    return {
+        "bulk_modulus": Combined(
+            value=value, interval_95=interval, unit="Pa", identified=known, formula=formula, of=keys, sentence=text
+        )
+    }
 
 
 def _moduli(runs: ModelRuns, values: Array) -> Array:

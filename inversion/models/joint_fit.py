@@ -75,7 +75,7 @@ class ModelFit:
         columns = with_discrepancy(joint.columns, discrepancy, share)
         sampling = Sampling() if self.runs.options.posterior else None
         options = replace(joint.options, sampling=sampling, analyse=False)
-        outcome = invert(dataset, joint.measured, joint.verifier, options, None, emulator, columns)
+        outcome = invert(dataset, joint.measured, joint.verifier, options, emulator=emulator, columns=columns)
         self.runs.report("fit", 1.0)
         self._kept(emulator, dataset, located, shots)
         self._kept_draws(outcome)

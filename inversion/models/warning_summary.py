@@ -78,20 +78,18 @@ def _no_answer(found: Sequence[Found]) -> str:
 
 
 def _outside(found: Sequence[Found]) -> str:
-    sizes = listing([f"{one.model} {one.found['times']}" for one in found], MOST_MODELS)
     return (
         f"{_models(found)} cannot produce the records with any constants in the ranges (residual of the best fit over "
-        f"noise and emulator error: {sizes}): no constant is identified, and the held-out error is that of the nearest "
-        "constants; look for what else differs (birdstrike diagnose), or widen inversion.models.NAME"
+        f"noise and emulator error: {_sizes(found)}): no constant is identified, and the held-out error is that of the "
+        "nearest constants; look for what else differs (birdstrike diagnose), or widen inversion.models.NAME"
     )
 
 
 def _coarse(found: Sequence[Found]) -> str:
-    sizes = listing([f"{one.model} {one.found['times']}" for one in found], MOST_MODELS)
     return (
         f"the emulator cannot follow the simulations of {_models(found)} closely enough for these records (residual "
-        f"over noise and emulator error: {sizes}): no constant is identified, and the held-out error is that of the "
-        "nearest constants; use a finer mesh and more particles, raise --runs, or leave channels out: --channels"
+        f"over noise and emulator error: {_sizes(found)}): no constant is identified, and the held-out error is that "
+        "of the nearest constants; use a finer mesh and more particles, raise --runs, or leave channels out: --channels"
     )
 
 
@@ -105,10 +103,9 @@ def _stands_in(found: Sequence[Found]) -> str:
 
 def _lost_runs(found: Sequence[Found]) -> str:
     counts = Counter(one.model for one in found)
-    shown = listing([f"{name} {count}" for name, count in counts.items()], MOST_MODELS)
     return (
-        f"{many(len(found), 'simulation')} failed and {_are(len(found))} left out ({shown}), {_first(found)}: the "
-        "emulator knows less of such constants; change what the solver asks for, or narrow the ranges: "
+        f"{many(len(found), 'simulation')} failed and {_are(len(found))} left out ({_counted(counts)}), {_first(found)}"
+        ": the emulator knows less of such constants; change what the solver asks for, or narrow the ranges: "
         "inversion.models.NAME"
     )
 
@@ -159,9 +156,8 @@ def _overruled(found: Sequence[Found]) -> str:
 
 def _left_out(found: Sequence[Found]) -> str:
     counts = {one.model: one.found["runs"].count(",") + 1 for one in found}
-    shown = listing([f"{name} {count}" for name, count in counts.items()], MOST_MODELS)
     return (
-        f"{many(sum(counts.values()), 'run')} ({shown}) lost more than {found[0].found['limit']} and "
+        f"{many(sum(counts.values()), 'run')} ({_counted(counts)}) lost more than {found[0].found['limit']} and "
         f"{_are(sum(counts.values()))} left out of the emulators, which know less of such constants; narrow the ranges "
         "of the constants that erode: inversion.models.NAME"
     )
@@ -245,6 +241,16 @@ def _first(found: Sequence[Found]) -> str:
 
 def _models(found: Iterable[Found]) -> str:
     return listing(list(dict.fromkeys(one.model for one in found)), MOST_MODELS)
+
+
+def _sizes(found: Iterable[Found]) -> str:
+    """Each model with how many times the noise its residual is."""
+    return listing([f"{one.model} {one.found['times']}" for one in found], MOST_MODELS)
+
+
+def _counted(counts: Mapping[str, int]) -> str:
+    """Each model with its number of runs."""
+    return listing([f"{name} {count}" for name, count in counts.items()], MOST_MODELS)
 
 
 def _emulators(found: Iterable[Found]) -> str:

@@ -120,7 +120,15 @@ def baseline_of(times: Array, values: Array, level: float, hum: float, correlati
             kind = {1: SHIFTED, 2: DRIFTED, 4: f"offset and hum of {hum:g} Hz"}[count]
             bend = float(np.hypot(found[1] * BEND, bend)) if count == 2 else 0.0
             frequency = hum if count == 4 else 0.0
-            return Baseline(kind, middle, frequency, found, worth * inverse, bend, len(times))
+            return Baseline(
+                kind=kind,
+                middle=middle,
+                frequency=frequency,
+                coefficients=found,
+                covariance=worth * inverse,
+                bend=bend,
+                points=len(times),
+            )
     return None
 
 

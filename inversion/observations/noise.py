@@ -111,7 +111,16 @@ class BeforeContact:
         found = np.linalg.lstsq(rows, values, rcond=None)[0]
         residual = values - rows @ found
         if _runs_off(rows, residual, float(found[1]), length, peak) or _moves(times, residual, peak):
-            return cls(times, residual, 0.0, None, values, hum, True, rows.shape[1])
+            return cls(
+                times=times,
+                residual=residual,
+                offset=0.0,
+                level=None,
+                values=values,
+                hum=hum,
+                moves=True,
+                fitted=rows.shape[1],
+            )
         noisy = float(np.std(residual)) > ROUNDING * peak
         level = float(np.sqrt(residual @ residual / (len(residual) - rows.shape[1]))) if noisy else None
         return cls(times, residual, float(values.mean()), level, values, hum, fitted=rows.shape[1])

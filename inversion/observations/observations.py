@@ -106,7 +106,15 @@ def observed(measured: Measured, expected: Expected) -> Observations:
     """The same by what is known of the record beforehand."""
     read = read_record(measured, expected, test_stated=False, zero=True)
     channels = tuple(
-        Channel(c.name, c.unit, c.times, c.values, c.noise.sigma, c.noise.source if c.noise.known else "assumed", c)
+        Channel(
+            name=c.name,
+            unit=c.unit,
+            times=c.times,
+            values=c.values,
+            noise=c.noise.sigma,
+            noise_source=c.noise.source if c.noise.known else "assumed",
+            record=c,
+        )
         for c in read
     )
     return Observations(channels, tuple(text for c in read for text in _warnings(c, expected)))

@@ -115,7 +115,16 @@ class _Beside:
         peaks = np.abs(curves).max(axis=1)
         seen = np.array([np.abs(np.interp(channel.times, clock, curve)).max() for curve in curves])
         allowed = np.abs(shifts) <= limit + 1e-12
-        return cls(channel, float(clock[-1]), peaks, seen, shifts, correlation, residual, allowed)
+        return cls(
+            channel=channel,
+            end=float(clock[-1]),
+            peaks=peaks,
+            seen=seen,
+            shifts=shifts,
+            correlation=correlation,
+            residual=residual,
+            allowed=allowed,
+        )
 
 
 def _finding(beside: _Beside) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
@@ -99,7 +100,14 @@ class Expected:
         """
         uncertain = spare + FARTHEST_ORIGIN * case.inversion.nuisance.get("time_offset", 0.0)
         units = {name: sensor.unit for name, sensor in case.sensors.items()}
-        return cls(units, 0.0, end - spare, case.first_contact - uncertain, stated_noise(case), f"case {case.name}")
+        return cls(
+            units=units,
+            start=0.0,
+            end=end - spare,
+            rest_until=case.first_contact - uncertain,
+            noise=stated_noise(case),
+            of=f"case {case.name}",
+        )
 
     @classmethod
     def of_campaign(cls, dataset: Dataset, noise: Mapping[str, float], time_offset: float = 0.0) -> Expected:
@@ -111,9 +119,17 @@ class Expected:
         """
         start, end = float(dataset.time[0]), float(dataset.time[-1])
         reach = FARTHEST_ORIGIN * time_offset
-        spared, runs = min(reach, LARGEST_SPARE * (end - start)), (dataset.time, dataset.curves)
-        rest_until, units = max(start, _first_motion(dataset)) - reach, dataset.channel_units
-        return cls(units, start, end - spared, rest_until, noise, "the campaign's case", spared, runs)
+        spared = min(reach, LARGEST_SPARE * (end - start))
+        return cls(
+            units=dataset.channel_units,
+            start=start,
+            end=end - spared,
+            rest_until=max(start, _first_motion(dataset)) - reach,
+            noise=noise,
+            of="the campaign's case",
+            spared=spared,
+            runs=(dataset.time, dataset.curves),
+        )
 
     def own_scatter(self, name: str, times: Array) -> float:
         """Standard deviation between neighbouring instants of the runs themselves, median of the runs, SI."""
@@ -121,8 +137,8 @@ class Expected:
             return 0.0
         clock, curves = self.runs
         inside = times[(times >= clock[0]) & (times <= clock[-1])]
-        found = [white_scatter(inside, np.interp(inside, clock, curve)) for curve in curves[name]]
-        return float(np.median([0.0 if one is None else one[0] for one in found]))
+        scatters = [white_scatter(inside, np.interp(inside, clock, curve)) for curve in curves[name]]
+        return float(np.median([0.0 if scatter is None else scatter[0] for scatter in scatters]))
 
 
 def _first_motion(dataset: Dataset) -> float:
@@ -244,6 +260,33 @@ def _mismatch(measured: Measured, expected: Expected, name: str) -> list[str]:
     return []
 
 
+@dataclass(frozen=True)
+class _Points:
+    """A channel's points that are no gaps, and which of them are used.
+
+    times: (raw,) [s]; values: (raw,) SI; kept: indices of those that are used; cuts: reason -> indices of those that
+    are left out for it.
+    """
+
+    times: Array
+    values: Array
+    kept: NDArray[np.intp]
+    cuts: Mapping[str, NDArray[np.intp]]
+
+    @property
+    def used(self) -> tuple[Array, Array]:
+        """Times and values of the points that are kept."""
+        return self.times[self.kept], self.values[self.kept]
+
+    def without(self, faults: Mapping[str, NDArray[np.bool_]]) -> _Points:
+        """The same less the kept points at which a fault's mask is True; a point with several is cut for the first."""
+        sound, cuts = np.ones(len(self.kept), dtype=bool), dict(self.cuts)
+        for reason, faulty in faults.items():
+            cuts[reason] = self.kept[sound & faulty]
+            sound &= ~faulty
+        return replace(self, kept=self.kept[sound], cuts=cuts)
+
+
 def _channel(
     measured: Measured,
     expected: Expected,
@@ -252,57 +295,57 @@ def _channel(
     test_stated: bool,
     zero: bool,
 ) -> ChannelRecord:
-    """One channel; indices run over the points that are no gaps."""
-    measured, late = _without_held(measured, name)
-    times, values = measured.points(name)
-    unit, column = measured.units[name], measured.sigma.get(name)
-    sigma = None if column is None else column[np.isfinite(measured.channels[name])]
-    window = np.flatnonzero((times >= expected.start) & (times <= expected.end * (1.0 + ROUNDING)))
-    outside = np.setdiff1d(np.arange(len(times)), window)
-    flat = clipped(values[window])
-    stuck = frozen(values[window]) & ~flat
-    missing = dropouts(values[window]) & ~flat & ~stuck
-    kept = window[~flat & ~stuck & ~missing]
-    cuts = {OUTSIDE: outside, CLIPPED: window[flat], FROZEN: window[stuck], DROPOUT: window[missing]}
-    _refuse_few(measured, expected, name, fewest, kept, cuts)
-    _refuse_rest(measured, expected, name, times[kept])
-    early = times < expected.rest_until
-    peak = float(np.abs(values[kept]).max())
-    before = BeforeContact.of(times[early], values[early], peak, float(np.ptp(times[kept])))
-    white = _white(expected, name, times[kept], values[kept])
-    stated = Stated(expected.noise.get(name), sigma, kept, early, test_stated)
-    noise, remarks = channel_noise(name, unit, peak, before, stated, white)
-    noise, more = with_digitiser(name, unit, noise, times[kept], values[kept])
-    baseline = _worthwhile(before.baseline, times[kept], noise)
-    level = saturated(values[kept], noise.level)
-    beside = np.isin(kept, _beside(measured, name, np.union1d(window[flat], kept[level]), noise.level)) & ~level
-    odd = outliers(times[kept], values[kept], noise.sigma) & ~beside & ~level
-    cuts |= {SATURATED: kept[level], BESIDE: kept[beside], OUTLIER: kept[odd]}
-    left = ~odd & ~beside & ~level
-    kept = kept[left]
-    _refuse_few(measured, expected, name, fewest, kept, cuts)
-    rest = baseline.at(times[kept]) if zero and baseline is not None else 0.0
+    """One channel: what shows without its noise is cut, then its noise, what shows by that is cut, then its zero."""
+    measured, repeated = _without_held(measured, name)
+    unit = measured.units[name]
+    points = _inside_and_moving(measured, expected, name)
+    _refuse_few(measured, expected, name, fewest, points)
+    _refuse_rest(measured, expected, name, points)
+    before = _before_contact(points, expected)
+    noise, noise_remarks = _noise(measured, expected, name, points, before, test_stated)
+    sound = _without_noisy_faults(measured, name, points, noise)
+    _refuse_few(measured, expected, name, fewest, sound)
+    times, values = sound.used
+    baseline = _worthwhile(before.baseline, points.used[0], noise)
+    subtracted = baseline if zero else None
+    cuts = {HELD: repeated} | {reason: sound.times[which] for reason, which in sound.cuts.items()}
     return ChannelRecord(
-        name,
-        unit,
-        times[kept],
-        values[kept] - rest if zero and baseline is not None else values[kept],
-        noise.at(left),
-        before.offset,
-        (
-            *((Cut(HELD, late),) if len(late) else ()),
-            *(Cut(reason, times[which]) for reason, which in cuts.items() if len(which)),
-        ),
-        (
-            *remarks,
-            *more,
-            *_zero(name, unit, before, baseline if zero else None),
+        name=name,
+        unit=unit,
+        times=times,
+        values=values if subtracted is None else values - subtracted.at(times),
+        noise=noise.at(np.isin(points.kept, sound.kept)),
+        offset=before.offset,
+        cuts=tuple(Cut(reason, instants) for reason, instants in cuts.items() if len(instants)),
+        remarks=(
+            *noise_remarks,
+            *_zero(name, unit, before, subtracted),
             *_moving(name, before),
-            *_jumping(name, unit, times[kept], values[kept]),
+            *_jumping(name, unit, times, values),
         ),
-        baseline,
-        zero and baseline is not None,
+        baseline=baseline,
+        zeroed=subtracted is not None,
     )
+
+
+def _inside_and_moving(measured: Measured, expected: Expected, name: str) -> _Points:
+    """The points in the simulated record, less those that stand on one reading: clipped, frozen, lost."""
+    times, values = measured.points(name)
+    inside = np.flatnonzero((times >= expected.start) & (times <= expected.end * (1.0 + ROUNDING)))
+    outside = np.setdiff1d(np.arange(len(times)), inside)
+    readings = values[inside]
+    return _Points(times, values, inside, {OUTSIDE: outside}).without(
+        {CLIPPED: clipped(readings), FROZEN: frozen(readings), DROPOUT: dropouts(readings)}
+    )
+
+
+def _without_noisy_faults(measured: Measured, name: str, points: _Points, noise: Noise) -> _Points:
+    """The points less those whose fault shows by the noise: saturated, beside a clipped stretch, outliers."""
+    times, values = points.used
+    at_the_end = saturated(values, noise.level)
+    flat = np.union1d(points.cuts[CLIPPED], points.kept[at_the_end])
+    beside = np.isin(points.kept, _beside(measured, name, flat, noise.level))
+    return points.without({SATURATED: at_the_end, BESIDE: beside, OUTLIER: outliers(times, values, noise.sigma)})
 
 
 def _without_held(measured: Measured, name: str) -> tuple[Measured, Array]:
@@ -315,14 +358,13 @@ def _without_held(measured: Measured, name: str) -> tuple[Measured, Array]:
     return replace(measured, channels={**measured.channels, name: channel}), times[repeated]
 
 
-def _refuse_few(
-    measured: Measured, expected: Expected, name: str, fewest: int, kept: np.ndarray, cuts: Mapping[str, np.ndarray]
-) -> None:
+def _refuse_few(measured: Measured, expected: Expected, name: str, fewest: int, points: _Points) -> None:
     """Raises MeasuredError where fewer than `fewest` points are left."""
-    if len(kept) >= fewest:
+    count, cuts = len(points.kept), points.cuts
+    if count >= fewest:
         return
     span = f"{expected.start * 1e3:g} .. {expected.end * 1e3:g} ms"
-    where = f'"{name}" in {measured.path} has {many(len(kept), "point")} in the simulated record {span}'
+    where = f'"{name}" in {measured.path} has {many(count, "point")} in the simulated record {span}'
     others = (
         (CLIPPED, "clipped"),
         (SATURATED, "saturated"),
@@ -335,22 +377,23 @@ def _refuse_few(
     raise MeasuredError(f"{where}{lost} and needs {fewest}; {_remedy(measured, name, cuts)}")
 
 
-def _refuse_rest(measured: Measured, expected: Expected, name: str, times: Array) -> None:
+def _refuse_rest(measured: Measured, expected: Expected, name: str, points: _Points) -> None:
     """Raises MeasuredError where a channel ends before anything can have moved, or as good as at once."""
-    if times[-1] < expected.rest_until:
+    last = points.used[0][-1]
+    if last < expected.rest_until:
         raise MeasuredError(
             f'"{name}" in {measured.path} shows no impact: until {1e3 * expected.rest_until:.4g} ms nothing moves in '
             f"{expected.of}, and {_clock(measured, name)}, or was it cut too early (leave it out: --channels)?"
         )
-    if times[-1] - expected.start < (expected.end - expected.start) / SHORT:
+    if last - expected.start < (expected.end - expected.start) / SHORT:
         raise MeasuredError(
             f'"{name}" in {measured.path} has points in the first '
-            f"{1e3 * (times[-1] - expected.start):.4g} ms alone of a simulated record of {1e3 * expected.end:.4g} ms: "
+            f"{1e3 * (last - expected.start):.4g} ms alone of a simulated record of {1e3 * expected.end:.4g} ms: "
             f"{_clock(measured, name)}, or was it cut too early (leave it out: --channels)?"
         )
 
 
-def _remedy(measured: Measured, name: str, cuts: Mapping[str, np.ndarray]) -> str:
+def _remedy(measured: Measured, name: str, cuts: Mapping[str, NDArray[np.intp]]) -> str:
     """What to do where hardly a point of a channel is left."""
     times, _ = measured.points(name)
     if len(cuts[OUTSIDE]) < len(times) // 2:
@@ -369,18 +412,47 @@ def _clock(measured: Measured, name: str) -> str:
     )
 
 
+def _before_contact(points: _Points, expected: Expected) -> BeforeContact:
+    """The record while the plate is surely at rest, before the simulated record included."""
+    early = points.times < expected.rest_until
+    times, values = points.used
+    return BeforeContact.of(
+        points.times[early], points.values[early], float(np.abs(values).max()), float(np.ptp(times))
+    )
+
+
+def _noise(
+    measured: Measured, expected: Expected, name: str, points: _Points, before: BeforeContact, test_stated: bool
+) -> tuple[Noise, tuple[str, ...]]:
+    """Noise of the points that are kept, the digitiser's step included, and what the user should know of it."""
+    times, values = points.used
+    unit, column = measured.units[name], measured.sigma.get(name)
+    stated = Stated(
+        case=expected.noise.get(name),
+        column=None if column is None else column[np.isfinite(measured.channels[name])],
+        used=points.kept,
+        early=points.times < expected.rest_until,
+        tested=test_stated,
+    )
+    white = _white(expected, name, times, values)
+    noise, remarks = channel_noise(name, unit, float(np.abs(values).max()), before, stated, white)
+    noise, rounded = with_digitiser(name, unit, noise, times, values)
+    return noise, (*remarks, *rounded)
+
+
 def _white(expected: Expected, name: str, times: Array, values: Array) -> tuple[float, float] | None:
     """White noise of the record between neighbouring points, what the runs scatter themselves taken out.
 
     None without a model for anything but a displacement: a force or a strain moves between two samples by itself.
     """
-    found = white_scatter(times, values)
-    if found is None or not (expected.modelled or expected.units[name] == "m"):
+    estimate = white_scatter(times, values)
+    if estimate is None or not (expected.modelled or expected.units[name] == "m"):
         return None
-    own = expected.own_scatter(name, times)
-    if own**2 > OWN_SHARE * found[0] ** 2:
+    scatter, freedom = estimate
+    simulated = expected.own_scatter(name, times)
+    if simulated**2 > OWN_SHARE * scatter**2:
         return None
-    return float(np.sqrt(found[0] ** 2 - own**2)), found[1]
+    return float(np.sqrt(scatter**2 - simulated**2)), freedom
 
 
 def _beside(measured: Measured, name: str, flat: np.ndarray, sigma: float) -> np.ndarray:

@@ -135,7 +135,17 @@ def run_campaign(
         if len(pairs) > 1
     }
     counts = {"asked": len(points), "finished": len(done), "finer": len(pairs)}
-    return Campaign(coarse, kept, time, curves, torn, families, added, counts, failures)
+    return Campaign(
+        case=coarse,
+        points=kept,
+        time=time,
+        curves=curves,
+        torn=torn,
+        families=families,
+        finer=added,
+        counts=counts,
+        failures=failures,
+    )
 
 
 def _cases(
@@ -215,17 +225,17 @@ def _families(
         if varied and of.sum() >= max(len(varied) + 2, 6):
             x = np.stack([columns[key] for key in varied], axis=1)
             data = Dataset(
-                varied,
-                ("",) * len(varied),
-                x.min(axis=0),
-                x.max(axis=0),
-                np.arange(1, int(of.sum()) + 1),
-                x,
-                time,
-                {name: rows[of] for name, rows in curves.items()},
-                dict(first.units),
-                np.ones(int(of.sum()), dtype=bool),
-                case_hash(case),
+                names=varied,
+                units=("",) * len(varied),
+                lows=x.min(axis=0),
+                highs=x.max(axis=0),
+                runs=np.arange(1, int(of.sum()) + 1),
+                parameters=x,
+                time=time,
+                curves={name: rows[of] for name, rows in curves.items()},
+                channel_units=dict(first.units),
+                smooth=np.ones(int(of.sum()), dtype=bool),
+                case_hash=case_hash(case),
             )
             emulator = fit_emulator(data, list(curves), seed, progress)
         found.append(Family(tuple(members), varied, emulator))

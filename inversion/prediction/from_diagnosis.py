@@ -76,16 +76,16 @@ def _explanation(one: Tree, model: Tree, shape: Tree) -> Explanation:
     shared = {kind: (fixed if kind in learnt else free)[kind] for kind in kinds}
     own = {kind: (free if kind in learnt else fixed)[kind] for kind in kinds}
     return Explanation(
-        one["label"],
-        float(one["share"]),
-        tuple(p["name"] for p in model["parameters"]),
-        np.asarray(one["parameters"]),
-        tuple(one["members"]),
-        tuple(one["names"]),
-        tuple(one["sizes"]),
-        np.asarray(one["magnitudes"]).reshape(n, len(one["members"])),
-        shared,
-        {kind: np.maximum(own[kind], remainder(kind)) for kind in kinds},
+        label=one["label"],
+        probability=float(one["share"]),
+        names=tuple(p["name"] for p in model["parameters"]),
+        parameters=np.asarray(one["parameters"]),
+        members=tuple(one["members"]),
+        effects=tuple(one["names"]),
+        sizes=tuple(one["sizes"]),
+        magnitudes=np.asarray(one["magnitudes"]).reshape(n, len(one["members"])),
+        amplitude=shared,
+        own={kind: np.maximum(own[kind], remainder(kind)) for kind in kinds},
     )
 
 
@@ -148,11 +148,12 @@ def _error(
         own = channels[channel]
         residual[label] = own["mean"] + own["scores"] @ own["directions"]
     return SensorError(
-        time - contact,
-        residual,
-        part["sigma"].to_numpy(float),
-        float(np.abs(measured).max()),
-        float(shape["length"][channel]),
-        np.asarray(shape["time"]) - float(model["contacts"][0]),  # of the first shot, on whose clock it was learnt
-        np.asarray(shape["growth"][channel]),
+        times=time - contact,
+        residual=residual,
+        sigma=part["sigma"].to_numpy(float),
+        peak=float(np.abs(measured).max()),
+        length=float(shape["length"][channel]),
+        growth_times=np.asarray(shape["time"])
+        - float(model["contacts"][0]),  # of the first shot, on whose clock it was learnt
+        growth=np.asarray(shape["growth"][channel]),
     )

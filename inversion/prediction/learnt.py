@@ -128,14 +128,14 @@ def calibrated_error(case: Case, name: str, times: Array, measured: Array, model
     steps = np.abs(np.diff(next(iter(residual.values()))[0]))
     noise = sensor.noise or float(np.median(steps) / 0.954)  # of white noise: 0.6745 sqrt(2)
     return SensorError(
-        times[kept],
-        residual,
-        np.full(int(kept.sum()), noise),
-        float(np.abs(measured[kept]).max()),
-        DISCREPANCY_LENGTH * case.time.end,
-        np.array([0.0, case.time.end]) - case.first_contact,
-        np.ones(2),
-        sensor.kind,
+        times=times[kept],
+        residual=residual,
+        sigma=np.full(int(kept.sum()), noise),
+        peak=float(np.abs(measured[kept]).max()),
+        length=DISCREPANCY_LENGTH * case.time.end,
+        growth_times=np.array([0.0, case.time.end]) - case.first_contact,
+        growth=np.ones(2),
+        kind=sensor.kind,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,12 +12,12 @@ import numpy as np
 from pydantic import Field, TypeAdapter
 
 from birdstrike.data.display import Displayed, own_axes
+from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.inversion.results.estimates import Answer, ends_95
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.identifiability import IdentifiabilityFigures, PosteriorFigures
-from birdstrike.inversion.results.inference_data import inference_data
 from birdstrike.inversion.results.ingredients import (
     DesignFigures,
     EmulatorFigures,
@@ -139,8 +140,32 @@ class Inversion(Displayed):
         return pd.DataFrame(rows)
 
     def to_inference_data(self, folder: str | Path) -> InferenceData:
-        """The posterior's draws in `folder`, where train_and_invert wrote them, for arviz."""
-        return inference_data(self.posterior, Path(folder))
+        """The posterior's draws in `folder`, where train_and_invert wrote them, for arviz.
+
+        Group `posterior`, a variable for each dotted key, SI. The file holds draws taken evenly from all chains, hence
+        one chain here; R-hat and effective sizes of the chains themselves stand in the attributes. Raises UserError
+        where no posterior was drawn.
+        """
+        figures = self.posterior
+        if figures is None or not (Path(folder) / figures.draws).is_file():
+            raise UserError(
+                f"no draws of a posterior in {folder}; repeat train-and-invert with the emulator's posterior"
+            )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # arviz announces its next version on import
+            import arviz
+        import pandas as pd
+
+        table = pd.read_csv(Path(folder) / figures.draws)
+        draws: dict[str, Any] = {name: table[name].to_numpy(float)[None] for name in figures.names}
+        known = {
+            "chain_steps": figures.steps,
+            "acceptance": figures.acceptance,
+            "converged": int(figures.converged),
+            **{f"rhat {name}": value for name, value in figures.rhat.items() if value is not None},
+            **{f"effective draws {name}": value for name, value in figures.effective.items()},
+        }
+        return arviz.from_dict(posterior=draws, attrs=known)
 
     def plot(self, axes: Axes | None = None, **look: Any) -> Axes:
         """Each method's 95 % intervals as shares of the ranges that were searched; hollow: not identifiable."""

@@ -100,4 +100,12 @@ def _pair(name: str, ours: Histories, theirs: Histories) -> CurvePair:
     impulses = None
     if ours.units[name] == FORCE:
         impulses = (float(np.trapezoid(own, time)), float(np.trapezoid(record, time)))
-    return CurvePair(name, ours.units[name], time, own, record, score(time, record, ours, name, 0.0), impulses)
+    return CurvePair(
+        name=name,
+        unit=ours.units[name],
+        time=time,
+        ours=own,
+        theirs=record,
+        score=score(time, record, ours, name, 0.0),
+        impulses=impulses,
+    )

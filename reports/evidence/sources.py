@@ -88,19 +88,19 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
         beside, more = of_diagnosis(diagnosed, records)
         points += more
     return Sources(
-        folder,
-        parts.inversion,
-        answer,
-        parts.diagnosis,
-        diagnosed,
-        campaigns,
-        records,
-        beside,
-        cases,
-        case,
-        options,
-        report,
-        tuple(points),
+        folder=folder,
+        inversion=parts.inversion,
+        answer=answer,
+        diagnosis=parts.diagnosis,
+        diagnosed=diagnosed,
+        campaigns=campaigns,
+        records=records,
+        beside=beside,
+        cases=cases,
+        case=case,
+        options=options,
+        report=report,
+        open_points=tuple(points),
     )
 
 

@@ -64,6 +64,7 @@ def parameter(
     low: float,
     high: float,
     estimate: Mapping[str, Any] | None = None,
+    *,
     logarithmic: bool = False,
     among: Iterable[str] = (),
 ) -> Table:

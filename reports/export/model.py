@@ -164,19 +164,19 @@ def strike_model(case: Case) -> StrikeModel:
     sensors, missing = _sensors(acted, target, bird)
     damping = acted.plate.damping if acted.target is None else acted.target.damping
     return StrikeModel(
-        acted,
-        target.x.copy(),
-        parts,
-        _bird(acted, bird),
-        tuple(_held(target)),
-        tuple(_springs(target, step)),
-        2.0 * damping,
-        tuple(_contacts(parts, bird.skin)),
-        float(bird.bulk_modulus * bird.spacing),
-        acted.impact.friction,
-        sensors,
-        missing,
-        begin,
+        case=acted,
+        nodes=target.x.copy(),
+        parts=parts,
+        bird=_bird(acted, bird),
+        held=tuple(_held(target)),
+        springs=tuple(_springs(target, step)),
+        damping=2.0 * damping,
+        contacts=tuple(_contacts(parts, bird.skin)),
+        contact_stiffness=float(bird.bulk_modulus * bird.spacing),
+        friction=acted.impact.friction,
+        sensors=sensors,
+        missing=missing,
+        begin=begin,
     )
 
 
@@ -212,7 +212,15 @@ def _bird(case: Case, bird: BirdBody) -> BirdMesh:
     masses = bird.masses[: bird.n].copy()
     density = case.bird.actual_density
     nearest = (math.sqrt(2.0) * float(masses.mean()) / density) ** (1.0 / 3.0)
-    return BirdMesh(bird.x[: bird.n].copy(), cells, masses, velocity, nearest, bird.skin, density)
+    return BirdMesh(
+        points=bird.x[: bird.n].copy(),
+        cells=cells,
+        masses=masses,
+        velocity=velocity,
+        smoothing=nearest,
+        skin=bird.skin,
+        density=density,
+    )
 
 
 def _global_axis(direction: Array) -> int:

@@ -54,14 +54,14 @@ class DrawnChannel:
         cuts = {cut.reason: cut.times for cut in channel.cuts}
         noise = channel.noise
         return cls(
-            channel.name,
-            channel.unit,
-            measured.time,
-            measured.channels[channel.name],
-            cuts,
-            rest,
-            noise.level,
-            noise.source,
+            name=channel.name,
+            unit=channel.unit,
+            time=measured.time,
+            values=measured.channels[channel.name],
+            cuts=cuts,
+            rest=rest,
+            noise=noise.level,
+            source=noise.source,
         )
 
 

@@ -70,13 +70,13 @@ def _projections(results: CampaignResults) -> Picture:
     last = [name.rsplit(".", 1)[-1] for name in dataset.names]
     limits = {column: LIMIT for column, name in enumerate(last) if name in FEATURES}
     figure = design_figure(
-        [symbol(name, dataset.names) for name in dataset.names],
-        dataset.units,
-        dataset.parameters,
-        dataset.lows,
-        dataset.highs,
-        held_out,
-        limits,
+        names=[symbol(name, dataset.names) for name in dataset.names],
+        units=dataset.units,
+        values=dataset.parameters,
+        lows=dataset.lows,
+        highs=dataset.highs,
+        held_out=held_out,
+        limits=limits,
     )
     kept = f"; {int(held_out.sum())} were held out of training" if held_out.any() else ""
     text = f"The {len(dataset.runs)} simulations, two parameters at a time{kept}."

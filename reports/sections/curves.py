@@ -35,13 +35,13 @@ def _comparison(results: InversionResults, channel: str) -> Picture:
 def comparison(results: InversionResults, channel: str) -> Figure:
     """The record against the verification runs, and the residuals."""
     return comparison_figure(
-        channel,
-        results.record.units[channel],
-        results.record.time,
-        results.record.channels[channel],
-        noise(results, channel),
-        f"record, {origin(results.record)}",
-        {method: _verified(results, method, channel) for method in results.finished},
+        channel=channel,
+        si_unit=results.record.units[channel],
+        time=results.record.time,
+        record=results.record.channels[channel],
+        sigma=noise(results, channel),
+        record_label=f"record, {origin(results.record)}",
+        verified={method: _verified(results, method, channel) for method in results.finished},
     )
 
 
@@ -94,13 +94,13 @@ def prior_predictive(results: Results, channel: str) -> Figure:
     """Every simulation of the campaign behind the record."""
     seen, dataset = record_position(results, channel), results.dataset
     return prior_predictive_figure(
-        channel,
-        results.record.units[channel],
-        dataset.time + results.offset,
-        dataset.curves[channel],
-        dataset.smooth,
-        seen.time,
-        seen.values,
-        seen.outside,
-        f"record, {origin(results.record)}",
+        channel=channel,
+        si_unit=results.record.units[channel],
+        time=dataset.time + results.offset,
+        curves=dataset.curves[channel],
+        smooth=dataset.smooth,
+        record_time=seen.time,
+        record=seen.values,
+        outside=seen.outside,
+        record_label=f"record, {origin(results.record)}",
     )

@@ -35,14 +35,14 @@ def _drawn(results: Results, channel: str) -> DrawnChannel:
     cuts |= {OUTSIDE: time[outside]} if outside.any() else {}
     raw = values if rest is None else values + rest
     return DrawnChannel(
-        channel,
-        results.record.units[channel],
-        time,
-        raw,
-        cuts,
-        rest,
-        measured.noise[channel],
-        measured.noise_source[channel],
+        name=channel,
+        unit=results.record.units[channel],
+        time=time,
+        values=raw,
+        cuts=cuts,
+        rest=rest,
+        noise=measured.noise[channel],
+        source=measured.noise_source[channel],
     )
 
 

@@ -25,7 +25,10 @@ def read(folder: Path) -> tuple[View]:
     emulator = fit_emulator(dataset, names)
     scales = ParameterSpace.of_case(case).logarithmic
     ranges = zip(dataset.names, dataset.units, dataset.lows, dataset.highs, scales, strict=True)
-    parameters = [parameter(n, si, float(a), float(b), None, bool(log), dataset.names) for n, si, a, b, log in ranges]
+    parameters = [
+        parameter(name, si, float(low), float(high), logarithmic=bool(log), among=dataset.names)
+        for name, si, low, high, log in ranges
+    ]
     sensors = [channel(n, dataset.channel_units[n], case.sensors[n].noise or None) for n in names]
     middle = 0.5 * (dataset.lows + dataset.highs)
     view = View(

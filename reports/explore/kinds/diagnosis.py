@@ -44,7 +44,9 @@ def read(folder: Path) -> tuple[View]:
         title="Diagnosis",
         headline=found.conclusion + _misfit(found) + _whose(names),
         parameters=[
-            parameter(one["name"], one["unit"], one["low"], one["high"], told[one["name"]], one["log"], told)
+            parameter(
+                one["name"], one["unit"], one["low"], one["high"], told[one["name"]], logarithmic=one["log"], among=told
+            )
             for one in parameters
         ],
         systems=[{key: part for key, part in system.items() if key != "runs"} for system in model["systems"]],

@@ -822,7 +822,8 @@ def test_a_diagnosis_says_that_shells_of_a_file_are_not_refined(tmp_path: Path) 
     shot: Any = SimpleNamespace(name="a", setup=setup, nuisances={}, record=SimpleNamespace(warnings=()))
     pipeline: Any = Pipeline((shot,), Baselines(()), DiagnosisOptions(), None)  # pyright: ignore[reportArgumentType]
     ranking: Any = SimpleNamespace(problem=SimpleNamespace(known=SimpleNamespace(source=STATED)), same_bird=None)
-    (line,) = pipeline._warnings(ranking, None, (), {}, ())
+    decision: Any = SimpleNamespace(ranking=ranking, chosen=None, failed={}, doubts=())
+    (line,) = pipeline._warnings(decision, ())
     assert line.startswith("target.mesh = panel.inp: shells from a file are not refined")
 
 

@@ -313,7 +313,7 @@ def test_a_loaded_case_is_exported_as_its_file_is(deck: bool, tmp_path: Path) ->
 
 @pytest.mark.parametrize("deck", [True, False])
 @pytest.mark.parametrize("choice", [{"case": "demo"}, {"method": "emulator"}, {"model": "elastic"}])
-def test_a_case_leaves_nothing_to_choose(choice: dict[str, str], deck: bool, tmp_path: Path) -> None:
+def test_a_case_leaves_nothing_to_choose(choice: dict[str, Any], deck: bool, tmp_path: Path) -> None:
     for source in ("demo_rig", load_case("demo_rig", SMALL)):
         with pytest.raises(UserError, match=rf"--{next(iter(choice))} .*folder of"):
             export(source, tmp_path / "x.rad", to="radioss", deck=deck, **choice)
