@@ -11,6 +11,14 @@ def simulated_by(case: Case) -> str:
     return case.external.version if case.solver.name == "external" and case.external is not None else "birdstrike"
 
 
+def refuse_unbuildable(case: Case) -> None:
+    """Raise UserError where our solver could not begin with the case's bird; another solver's is not looked at."""
+    if case.solver.name != "external":
+        from birdstrike.solver.coupling import bird_and_step  # late: it brings the compiled kernels
+
+        bird_and_step(case)
+
+
 def solver_for(case: Case, embedded: Simulate | None = None) -> Solver:
     """The solver of the case's `solver`; embedded: what stands in our own solver's place.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -355,7 +355,8 @@ def _bands(path: Path) -> Histories:
 class _Call:
     """What the shots of one call share.
 
-    folders: of the campaigns; out: where new runs go; forward: in the solver's place; retry: see Extras.
+    folders: of the campaigns; out: where new runs go; forward: in the solver's place; retry: see Extras; solvers: those
+    that were made, by their case's hash.
     """
 
     folders: list[Path]
@@ -364,9 +365,15 @@ class _Call:
     more: Extras
     forward: Forward | None
     retry: float
+    solvers: dict[str, Forward] = field(default_factory=dict)
 
     def solver(self, case: Case) -> Forward:
-        """The forward model of a case, filtered as the records are; runs of all campaigns are at hand."""
+        """The forward model of a case, one for all shots that share it."""
+        key = "" if self.forward else case_hash(case)
+        return self.solvers.setdefault(key, self._solver(case))
+
+    def _solver(self, case: Case) -> Forward:
+        """Filtered as the records are; runs of all campaigns are at hand."""
         stores = tuple(RunStore(folder / "runs") for folder in self.folders)
         run: Forward = self.forward or StoredSolver(case, RunStore(self.out / "runs"), stores, retry=self.retry)
         return FilteredForward(run, self.more.filter) if self.more.filter else run

@@ -52,7 +52,8 @@ SOURCES = (".py", ".j2", ".js", ".css")
 def code_of(layer: str) -> str:
     """First 12 hex digits of SHA-256 over the code that makes a layer's results: its own and all below it.
 
-    A result that was made by other code is stale. layer: one of LAYERS; the solver counts by its version.
+    A result that was made by other code is stale. layer: one of LAYERS; the solver counts by its version, so that words
+    of its checks that a page repeats do not.
     """
     root = HERE.parent
     folders = [root / name for name in LAYERS[: LAYERS.index(layer) + 1]]

@@ -14,6 +14,7 @@ from birdstrike.data.progress import Progress
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
+    from birdstrike.doe.campaign.run import Finished
     from birdstrike.solver.case.case import Case, CaseSource
 
 OURS, THEIRS, ANSWER, PAGE = "ours.csv", "theirs.csv", "compare.json", "compare.html"
@@ -33,7 +34,7 @@ def compare(
 
     histories: measured-data CSV or histories.csv by the sensors' names; with `deck`, the file of sensors that export
     wrote beside the deck, also nodout, rcforc, binout, a T01 of Radioss or the CSV of th_to_csv; theirs: what the
-    curves are called. Our run is made once for a folder. Raises UserError.
+    curves are called. Our run is made once for a folder. Raises UserError, RunFailed.
     """
     from birdstrike.data.curves import write_histories
     from birdstrike.data.files import withdraw, write_json
@@ -47,7 +48,8 @@ def compare(
     files = [histories] if isinstance(histories, str | Path) else list(histories)
     other, missing = _theirs(files, deck)
     with reserved(folder, "compare"):
-        ours = _ours(loaded, folder, progress)
+        run = _ours(loaded, folder, progress)
+        ours = run.histories
         pairs = curve_pairs(ours, other)
         absent = [f"{name} has no curve of {theirs}" for name in ours.channels if name not in other.channels]
         missing = [*missing, *(line for line in absent if not any(line.split()[0] in said for said in missing))]
@@ -55,6 +57,8 @@ def compare(
         write_histories(folder / OURS, ours)
         write_histories(folder / THEIRS, other)
         told = remarks(pairs, ours)
+        if run.step_factor != 1.0:
+            told = [*told, f"our run needed {run.step_factor:g} of the usual time step"]
         made = {"case_hash": case_hash(loaded), "solver_version": solver_for(loaded).version}
         answer = {
             **made,
@@ -104,13 +108,20 @@ def _by_name(path: Path) -> Histories:
     return Histories(record.time, dict(record.channels), dict(record.units))
 
 
-def _ours(case: Case, folder: Path, progress: Progress | None) -> Histories:
-    """Our run, once for a folder; one that failed is tried again. Raises RunFailed."""
+def _ours(case: Case, folder: Path, progress: Progress | None) -> Finished:
+    """Our run, once for a folder; one that failed is tried again. Raises CaseError, RunFailed."""
+    from birdstrike.data.errors import RunFailed
     from birdstrike.data.store import RunStore
-    from birdstrike.doe.campaign.run import retry_before
-    from birdstrike.inversion.forward import StoredSolver
+    from birdstrike.doe.campaign.run import Failed, PlannedRun, carried_out, retry_before
+    from birdstrike.doe.solvers import refuse_unbuildable, solver_for
 
-    return StoredSolver(case, RunStore(folder / "runs"), progress=progress, retry=retry_before(True))({})
+    refuse_unbuildable(case)
+    solver = solver_for(case)
+    run, options = PlannedRun.alone(0, case, solver), {"threads": case.solver.threads, "progress": progress}
+    state = carried_out([RunStore(folder / "runs")], run, solver, case, retry_before(True), **options)
+    if isinstance(state, Failed):
+        raise RunFailed(state.reason, "birdstrike check says what may be wrong with the case")
+    return state
 
 
 @framed

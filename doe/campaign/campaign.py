@@ -26,7 +26,7 @@ from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun, plan
 from birdstrike.doe.campaign.runner import RunCounts, Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.doe.designs.design import Design
-from birdstrike.doe.solvers import solver_for
+from birdstrike.doe.solvers import refuse_unbuildable, solver_for
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.setup_warnings import setup_warnings
 
@@ -70,6 +70,8 @@ def run_campaign(
     if solver_version is not None:
         solver = solver._replace(version=solver_version)
     runs = plan(case, design, solver)
+    if simulate is None:
+        refuse_unbuildable(case)
     folder = CampaignFolder(Path(out))
     other_sources = folder.other_sources(case)
     folder.claim(case, design)

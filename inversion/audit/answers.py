@@ -50,7 +50,10 @@ def answered(experiment: Experiment, place: Path, options: DiagnosisOptions, noi
     retry; noise: 0 for the record as it is, else the number of a further draw of the noise.
     """
     path = place / "answers" / f"{experiment.name}{f'_noise{noise}' if noise else ''}.json"
-    key = answer_key(experiment, options, noise)
+    try:
+        key = answer_key(experiment, options, noise)
+    except UserError as error:
+        return {"failed": str(error)}
     known = stored(path, key)
     if known is not None and not (options.retry and "failed" in known):
         return known

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -202,7 +202,7 @@ def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
     """
     first = shots[0]
     rigs = [error for one in shots[1:] for error in apart(one.case, first.case)]
-    if errors := [*rigs, *(error for one in shots[1:] for error in _other_discrepancy(one.case, first.case))]:
+    if errors := [*rigs, *_other_discrepancies([one.case for one in shots])]:
         raise CaseError(errors)
     records = [(one.record, one.case) for one in shots]
     if heldout is not None:
@@ -241,15 +241,17 @@ def apart(case: Case, first: Case) -> list[str]:
     ]
 
 
-def _other_discrepancy(case: Case, first: Case) -> list[str]:
-    """Where two cases state different model errors of one sensor; what one of them alone states holds for both."""
-    own, theirs = case.inversion.discrepancy, first.inversion.discrepancy
-    return [
-        f"inversion.discrepancy.{sensor} = {100 * own[sensor]:g} % in case {case.name} and {100 * theirs[sensor]:g} % "
-        f"in case {first.name}: shots share the model's error; state it alike in both, or in one of them"
-        for sensor in own
-        if own[sensor] != theirs.get(sensor, own[sensor])
-    ]
+def _other_discrepancies(cases: Sequence[Case]) -> Iterator[str]:
+    """Where cases state different model errors of one sensor; what one of them alone states holds for all."""
+    said: dict[str, tuple[float, str]] = {}
+    for case in cases:
+        for sensor, share in case.inversion.discrepancy.items():
+            other, name = said.setdefault(sensor, (share, case.name))
+            if share != other:
+                yield (
+                    f"inversion.discrepancy.{sensor} = {100 * share:g} % in case {case.name} and {100 * other:g} % in "
+                    f"case {name}: shots share the model's error; state it alike in all, or in one of them"
+                )
 
 
 def other_clock(case: Case, first: Case) -> list[str]:

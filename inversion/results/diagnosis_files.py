@@ -27,11 +27,13 @@ COLUMNS = ("measured", "sigma", "error", "baseline", "before", "after", "before_
 def write(found: Diagnosis, folder: Path, declared: Mapping[str, Case] | None = None) -> Diagnosis:
     """Write all files, diagnosis.json last; returns the diagnosis with the name of its case file.
 
-    declared: names of files -> cases of shots and baselines. Files that an earlier diagnosis left there, and this one
-    has not, are removed.
+    declared: names of files -> cases of shots and baselines. What an earlier diagnosis left there goes first, but for
+    the declared cases, of which one may be what the user gave: those that this one has not go last.
     """
-    earlier = _files_of_earlier(folder)
+    earlier = _of_earlier(folder)
     withdraw(folder, RESULT, MODEL)
+    for name in () if earlier is None else _made(earlier):
+        (folder / name).unlink(missing_ok=True)
     for name, case in (declared or {}).items():
         copy_case(case, folder, name, "" if name == CASE else f"{Path(name).stem}/")
     if found.case is not None and found.after is not None:
@@ -44,30 +46,35 @@ def write(found: Diagnosis, folder: Path, declared: Mapping[str, Case] | None = 
     if found.model:
         save_tree(folder / MODEL, found.model)
     found.save(folder / RESULT)
-    for name in earlier - _files_of(found):
+    for name in set() if earlier is None else _declared(earlier) - _declared(found):
         (folder / name).unlink(missing_ok=True)
     return found
 
 
 def remove(folder: Path) -> None:
     """Remove what a diagnosis wrote into its folder, its simulations apart."""
-    for name in (*_files_of_earlier(folder), MODEL, RESULT):
+    earlier = _of_earlier(folder)
+    for name in (RESULT, MODEL, *(() if earlier is None else (*_made(earlier), *_declared(earlier)))):
         (folder / name).unlink(missing_ok=True)
 
 
-def _files_of_earlier(folder: Path) -> set[str]:
-    """Curves and cases of the diagnosis that a folder holds; none where it holds none that can be read."""
+def _of_earlier(folder: Path) -> Diagnosis | None:
+    """The diagnosis that a folder holds; None where it holds none that can be read."""
     try:
-        return _files_of(Diagnosis.read(folder / RESULT))
+        return Diagnosis.read(folder / RESULT)
     except UserError:
-        return set()
+        return None
 
 
-def _files_of(found: Diagnosis) -> set[str]:
-    """Names of the curves and cases of a diagnosis."""
-    shots, clean = [one.name for one in found.shots], (found.baseline or {}).get("shots", [])
-    after = {found.case_after} if found.case_after else set[str]()
-    return {*curve_files(shots), *case_files(shots), *map(baseline_file, clean), *after}
+def _made(found: Diagnosis) -> set[str]:
+    """Names of the curves of a diagnosis, and of the case after it."""
+    return {*curve_files([one.name for one in found.shots]), *([found.case_after] if found.case_after else [])}
+
+
+def _declared(found: Diagnosis) -> set[str]:
+    """Names of the cases that a diagnosis was given."""
+    clean = (found.baseline or {}).get("shots", [])
+    return {*case_files([one.name for one in found.shots]), *map(baseline_file, clean)}
 
 
 def baseline_file(name: str) -> str:

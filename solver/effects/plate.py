@@ -125,6 +125,12 @@ def _gain(case: Declared) -> float:
     return (RATE / material.rate_c) ** (1.0 / material.rate_p) if material.rate_c else 0.0
 
 
+def _weakest(case: Declared) -> float:
+    """The change down to the least gain that is one: that of the largest C; 0 where none is declared."""
+    material = case.plate.material
+    return (RATE / LARGEST_C) ** (1.0 / material.rate_p) - _gain(case) if material.rate_c else 0.0
+
+
 def _rate_hardening(case: Declared, change: float) -> Table:
     """Cowper-Symonds sigma_y [1 + (rate/C)^(1/p)] with C = RATE / gain^p."""
     gain, p = _gain(case) + change, case.plate.material.rate_p if case.plate.material.rate_c else ALUMINIUM_P
@@ -152,6 +158,8 @@ def _rivets(case: Declared, change: float) -> Table:
     return {"target": {"rivets": scaled}}
 
 
+LARGEST_C = 1e29
+"""Of Cowper and Symonds [1/s], within the range of `plate.material.rate_c`."""
 PLATE = (
     _support(
         "clamp_rotation",
@@ -231,7 +239,7 @@ PLATE = (
         "",
         _rate_hardening,
         lambda _: 0.2,
-        lambda case: -_gain(case),
+        _weakest,
         lambda case: _without("rate_c", case),
         GROUP,
         "Cowper & Symonds (1957), stated as the relative gain of the yield stress at 100 1/s; p = 4 as for aluminium "

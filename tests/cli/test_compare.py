@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import birdstrike.inversion.forward
 import birdstrike.reports.page.other_code
+import birdstrike.solver.simulate
 from birdstrike import compare, export
 from birdstrike.cli.app import app
 from birdstrike.data.curves import read_histories, write_histories
@@ -41,7 +41,7 @@ class Formula:
 @pytest.fixture(autouse=True)
 def formula(monkeypatch: pytest.MonkeyPatch) -> None:
     Formula.runs = 0
-    monkeypatch.setattr(birdstrike.inversion.forward, "simulate", Formula().simulate)
+    monkeypatch.setattr(birdstrike.solver.simulate, "simulate", Formula().simulate)
 
 
 def test_a_curve_that_ends_early_and_a_force_of_the_other_sign_are_told(tmp_path: Path) -> None:
@@ -141,6 +141,16 @@ def test_an_interruption_leaves_no_other_cases_curve_behind(tmp_path: Path, monk
     assert not (tmp_path / "out" / "compare.json").exists()
     assert peak(80) == before == pytest.approx(4e-3 * 80.0 / SPEED)
     assert Formula.runs == 2
+
+
+def test_a_bird_that_cannot_be_built_is_an_error_of_the_input(tmp_path: Path) -> None:
+    write_histories(
+        tmp_path / "theirs.csv", Histories(TIME, {"displacement_centre": SHAPE}, {"displacement_centre": "m"})
+    )
+    law = '{kind="linear_polynomial", C0="-1 MPa", C1="2 MPa", C4=4.0}'
+    with pytest.raises(UserError, match=r"bird\.material\.eos has no sound speed at rest"):
+        compare("demo_rig", tmp_path / "theirs.csv", tmp_path / "out", settings={**SETTINGS, "bird.material.eos": law})
+    assert not (tmp_path / "out" / "runs").exists()
 
 
 def test_a_loaded_case_is_compared_as_its_name_and_settings_are(tmp_path: Path) -> None:

@@ -17,8 +17,9 @@ from birdstrike.data.curves import read_histories
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
+from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+from birdstrike.inversion.train_and_invert import Extras, _Call, train_and_invert
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.surrogate.files import load_emulator, load_network
 from tests.inversion import small_campaign
@@ -338,3 +339,18 @@ def test_choices_of_a_network_are_refused_where_none_is_trained(doe: Path, measu
     with pytest.raises(UserError, match="so that --trainer, --hidden, --outputs would change nothing"):
         train_and_invert(doe, measured, tmp_path / "out", "adam", "emulator", extras=extras)
     assert not (tmp_path / "out").exists()
+
+
+def test_shots_share_a_forward_model_that_is_given(tmp_path: Path) -> None:
+    """Joined shots run one that they share once."""
+
+    def given(_: Any) -> Histories:
+        raise AssertionError
+
+    case = load_case("demo")
+    for more in (Extras(), Extras(filter="CFC 1000")):
+        call = _Call([], tmp_path, InversionOptions(), more, given, 0.0)
+        assert call.solver(case) is call.solver(case.overlaid({"impact": {"speed": "80 m/s"}}))
+        own = _Call([], tmp_path, InversionOptions(), more, None, 0.0)
+        assert own.solver(case) is own.solver(load_case("demo"))
+        assert own.solver(case) is not own.solver(case.overlaid({"impact": {"speed": "80 m/s"}}))

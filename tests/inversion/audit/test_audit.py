@@ -14,7 +14,7 @@ from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
-from birdstrike.inversion.audit.answers import answer_key, records
+from birdstrike.inversion.audit.answers import answer_key, answered, records
 from birdstrike.inversion.audit.audit import audit as run_audit
 from birdstrike.inversion.audit.records import experiment_of, find_experiments, read_truth
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
@@ -104,6 +104,15 @@ def test_a_record_that_cannot_be_diagnosed_is_counted_apart_and_tried_again_when
     assert stored.stat().st_mtime_ns == before
     CliRunner().invoke(app, [*words, "--retry-failed"])
     assert stored.stat().st_mtime_ns > before
+
+
+def test_a_record_whose_case_cannot_be_read_fails_alone(bench: Bench, tmp_path: Path) -> None:
+    made = bench.folder / "out" / "experiments"
+    for name in ("truth_000_1.csv", "truth_000_1.truth.toml", "truth_000.curves"):
+        shutil.copy(made / name, tmp_path)
+    (tmp_path / "truth_000_1.toml").write_text('extends = "no_such_case"\n', encoding="utf-8")
+    (experiment,) = find_experiments(tmp_path)
+    assert "no_such_case" in answered(experiment, tmp_path, DiagnosisOptions())["failed"]
 
 
 def test_an_answer_is_of_all_that_made_it(bench: Bench, tmp_path: Path) -> None:

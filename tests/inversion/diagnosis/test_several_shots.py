@@ -27,13 +27,13 @@ from birdstrike.inversion.diagnosis.solver_update import _on
 from birdstrike.inversion.diagnosis.system import Linearisation, Nearness, Places, _changed, _numerical, _trends
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NO_RESIDUAL, Diagnosis, errors
-from birdstrike.inversion.results.diagnosis_files import curve_files
+from birdstrike.inversion.results.diagnosis_files import curve_files, write
 from birdstrike.inversion.results.diagnosis_text import _errors
 from birdstrike.reports.explore.kinds.diagnosis import read
 from birdstrike.reports.export.exported import read_export
 from birdstrike.reports.page.diagnosis import write_diagnosis_page
 from birdstrike.solver.case.case import Case, load_case
-from tests.diagnoses import diagnosis, state
+from tests.diagnoses import diagnosis, state, written_diagnosis
 from tests.inversion.diagnosis.rig import few_simulations, tiny
 from tests.inversion.diagnosis.test_late_and_slow import CENTRE, NOISE, SIDE, TIME, deflections, strike
 
@@ -404,3 +404,19 @@ def test_two_model_errors_of_one_sensor_are_refused(tmp_path: Path) -> None:
     with pytest.raises(CaseError, match=rf"inversion.discrepancy.{CENTRE} = 3 % in case .* and 2 % in case .* alike"):
         diagnose([own, stating("3 %")], records, tmp_path)
     assert not [*tmp_path.iterdir()]
+
+
+def test_an_interrupted_answer_leaves_no_case_of_an_earlier_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    written_diagnosis(tmp_path, case_after="rig_with_impact_speed.toml")
+    for name in ("rig_with_impact_speed.toml", "case.toml", "notes.toml"):
+        (tmp_path / name).write_text("")
+    with monkeypatch.context() as patched:
+        patched.setattr("birdstrike.inversion.results.diagnosis_files.copy_case", killed)
+        with pytest.raises(KeyboardInterrupt):
+            write(diagnosis(), tmp_path, {"case.toml": tiny()})
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml", "notes.toml"]

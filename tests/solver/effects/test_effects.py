@@ -297,6 +297,7 @@ RIGS = {
     "pinned": ("demo", {"plate.edges": "pinned"}),
     "sprung": ("demo", {"plate.edges": '{rotational = "1e5 N m/rad/m"}'}),
     "short bird": ("demo", {"bird.shape": "cylinder", "bird.diameter": "106 mm", "bird.length": "80 mm"}),
+    "rates": ("demo", {"plate.material.rate_c": "100 1/s", "plate.material.rate_p": "20"}),
     "load cells": ("flat_plate_002", {}),
     "panel": ("openradioss_panel", {}),
     "sidewall": ("sidewall_004", {}),
@@ -320,6 +321,13 @@ def test_a_small_rate_hardening_has_the_stated_size(gain: float) -> None:
     """It was held at 0.0178 by a limit of C."""
     metal = CASE.with_effects({"plate_rate_hardening": gain}).plate.material
     assert (100.0 / metal.rate_c) ** (1.0 / metal.rate_p) == pytest.approx(gain)
+
+
+def test_declared_rate_hardening_can_be_weakened_to_its_least() -> None:
+    case = load_case("demo", {"plate.material.rate_c": "100 1/s", "plate.material.rate_p": "20"})
+    least = effects()["plate_rate_hardening"].least(case)
+    assert -1.0 < least < -0.95
+    assert case.with_effects({"plate_rate_hardening": least}).resolved().plate.material.rate_c > 1e28
 
 
 def test_damping_of_a_target_adds_to_what_it_declares() -> None:
