@@ -4,13 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from birdstrike.solver.case.sections import quantity_at
 from birdstrike.solver.case.settings import NUISANCE
 
-if TYPE_CHECKING:
-    from birdstrike.solver.case.case import Case
+
+class Stating(Protocol):
+    """A case as far as uncertain quantities are concerned."""
+
+    @property
+    def plate(self) -> Any:
+        """Section `plate`."""
+        ...
+
+    @property
+    def target(self) -> Any:
+        """Section `target`, None for a plate."""
+        ...
+
+    @property
+    def bird(self) -> Any:
+        """Section `bird`."""
+        ...
+
+    @property
+    def impact(self) -> Any:
+        """Section `impact`."""
+        ...
+
+    @property
+    def inversion(self) -> Any:
+        """Section `inversion`."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -23,14 +49,14 @@ class Nuisance:
     sigma: float
 
 
-def case_nuisances(case: Case) -> tuple[Nuisance, ...]:
+def case_nuisances(case: Stating) -> tuple[Nuisance, ...]:
     """Those of `inversion.nuisance` that are quantities of the impact and are not themselves sought."""
     sigmas = {name: sigma for name, sigma in case.inversion.nuisance.items() if name != "time_offset" and sigma > 0.0}
     found = (_nuisance(case, name, sigma) for name, sigma in sigmas.items())
     return tuple(nuisance for nuisance in found if nuisance.key not in case.inversion.parameters)
 
 
-def _nuisance(case: Case, name: str, sigma: float) -> Nuisance:
+def _nuisance(case: Stating, name: str, sigma: float) -> Nuisance:
     if name == "mass" and case.bird.mass is None:  # a bird given by its density
         density = case.bird.actual_density
         return Nuisance(name, "bird.density", density, sigma * density / case.bird.actual_mass)
@@ -45,7 +71,7 @@ def _nuisance(case: Case, name: str, sigma: float) -> Nuisance:
     return Nuisance(name, key, float(value or 0.0), sigma)
 
 
-def beyond_their_ranges(case: Case) -> Iterator[str]:
+def beyond_their_ranges(case: Stating) -> Iterator[str]:
     """One line for each that is no case at a standard deviation on either side, where an inversion simulates it."""
     for one in case_nuisances(case):
         mark, stated = quantity_at(one.key), NUISANCE[one.name]
