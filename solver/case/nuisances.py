@@ -8,30 +8,11 @@ from typing import Any, Protocol
 
 from birdstrike.solver.case.sections import quantity_at
 from birdstrike.solver.case.settings import NUISANCE
+from birdstrike.solver.effects.effect import Declared
 
 
-class Stating(Protocol):
-    """A case as far as uncertain quantities are concerned."""
-
-    @property
-    def plate(self) -> Any:
-        """Section `plate`."""
-        ...
-
-    @property
-    def target(self) -> Any:
-        """Section `target`, None for a plate."""
-        ...
-
-    @property
-    def bird(self) -> Any:
-        """Section `bird`."""
-        ...
-
-    @property
-    def impact(self) -> Any:
-        """Section `impact`."""
-        ...
+class Inverted(Declared, Protocol):
+    """A case as far as its uncertain quantities are concerned."""
 
     @property
     def inversion(self) -> Any:
@@ -49,14 +30,14 @@ class Nuisance:
     sigma: float
 
 
-def case_nuisances(case: Stating) -> tuple[Nuisance, ...]:
+def case_nuisances(case: Inverted) -> tuple[Nuisance, ...]:
     """Those of `inversion.nuisance` that are quantities of the impact and are not themselves sought."""
     sigmas = {name: sigma for name, sigma in case.inversion.nuisance.items() if name != "time_offset" and sigma > 0.0}
     found = (_nuisance(case, name, sigma) for name, sigma in sigmas.items())
     return tuple(nuisance for nuisance in found if nuisance.key not in case.inversion.parameters)
 
 
-def _nuisance(case: Stating, name: str, sigma: float) -> Nuisance:
+def _nuisance(case: Inverted, name: str, sigma: float) -> Nuisance:
     if name == "mass" and case.bird.mass is None:  # a bird given by its density
         density = case.bird.actual_density
         return Nuisance(name, "bird.density", density, sigma * density / case.bird.actual_mass)
@@ -71,7 +52,7 @@ def _nuisance(case: Stating, name: str, sigma: float) -> Nuisance:
     return Nuisance(name, key, float(value or 0.0), sigma)
 
 
-def beyond_their_ranges(case: Stating) -> Iterator[str]:
+def beyond_their_ranges(case: Inverted) -> Iterator[str]:
     """One line for each that is no case at a standard deviation on either side, where an inversion simulates it."""
     for one in case_nuisances(case):
         mark, stated = quantity_at(one.key), NUISANCE[one.name]
