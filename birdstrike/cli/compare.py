@@ -14,6 +14,7 @@ from birdstrike.data.progress import Progress
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
+    from birdstrike.doe.attempt import Solver
     from birdstrike.doe.campaign.run import Finished
     from birdstrike.solver.case.case import Case, CaseSource
 
@@ -48,7 +49,8 @@ def compare(
     files = [histories] if isinstance(histories, str | Path) else list(histories)
     other, missing = _theirs(files, deck)
     with reserved(folder, "compare"):
-        run = _ours(loaded, folder, progress)
+        solver = solver_for(loaded)
+        run = _ours(loaded, solver, folder, progress)
         ours = run.histories
         pairs = curve_pairs(ours, other)
         absent = [f"{name} has no curve of {theirs}" for name in ours.channels if name not in other.channels]
@@ -59,7 +61,7 @@ def compare(
         told = remarks(pairs, ours)
         if run.step_factor != 1.0:
             told = [*told, f"our run needed {run.step_factor:g} of the usual time step"]
-        made = {"case_hash": case_hash(loaded), "solver_version": solver_for(loaded).version}
+        made = {"case_hash": case_hash(loaded), "solver_version": solver.version}
         answer = {
             **made,
             "theirs": theirs,
@@ -108,15 +110,14 @@ def _by_name(path: Path) -> Histories:
     return Histories(record.time, dict(record.channels), dict(record.units))
 
 
-def _ours(case: Case, folder: Path, progress: Progress | None) -> Finished:
+def _ours(case: Case, solver: Solver, folder: Path, progress: Progress | None) -> Finished:
     """Our run, once for a folder; one that failed is tried again. Raises CaseError, RunFailed."""
     from birdstrike.data.errors import RunFailed
     from birdstrike.data.store import RunStore
     from birdstrike.doe.campaign.run import Failed, PlannedRun, carried_out, retry_before
-    from birdstrike.doe.solvers import refuse_unbuildable, solver_for
+    from birdstrike.doe.solvers import refuse_unbuildable
 
     refuse_unbuildable(case)
-    solver = solver_for(case)
     run, options = PlannedRun.alone(0, case, solver), {"threads": case.solver.threads, "progress": progress}
     state = carried_out([RunStore(folder / "runs")], run, solver, case, retry_before(True), **options)
     if isinstance(state, Failed):

@@ -23,11 +23,8 @@ class Scalar:
     def at(self, histories: Histories, like: Histories) -> float:
         """The number of a simulation, read on the side of 0 on which the sensor of another one swings farthest."""
         side = side_of(like.channels[self.sensor])
-        return self.signed(side) * self.of(histories.time, side * histories.channels[self.sensor])
-
-    def signed(self, side: float) -> float:
-        """The sign of the number where the curve has been turned over."""
-        return 1.0 if self.of is peak_time else side
+        number = self.of(histories.time, side * histories.channels[self.sensor])
+        return number if self.of is peak_time else side * number
 
     def at_the_end(self, histories: Histories) -> bool:
         """Whether the number is a peak that the record cuts off."""

@@ -153,7 +153,7 @@ def _error(
         sigma=part["sigma"].to_numpy(float),
         peak=float(np.abs(measured).max()),
         length=float(shape["length"][channel]),
-        growth_times=np.asarray(shape["time"])
-        - float(model["contacts"][0]),  # of the first shot, on whose clock it was learnt
+        # of the first shot, on whose clock it was learnt
+        growth_times=np.asarray(shape["time"]) - float(model["contacts"][0]),
         growth=np.asarray(shape["growth"][channel]),
     )

@@ -100,8 +100,7 @@ def _method(folder: Path, found: Inversion, table: pd.DataFrame) -> str:
 
     The emulator's, where its posterior is stored and its answer is verified, else the best one's.
     """
-    stored = found.posterior is not None and (folder / found.posterior.draws).is_file()
-    if stored and any(column.startswith(f"{EMULATOR}_") for column in table):
+    if found.stored_draws(folder) is not None and any(column.startswith(f"{EMULATOR}_") for column in table):
         return EMULATOR
     assert found.best is not None
     return found.best
@@ -112,10 +111,9 @@ def _posterior(
 ) -> tuple[tuple[str, ...], Array, str, list[str]]:
     """Dotted keys, draws (n, k) SI of a method's answer, what was used, warnings."""
     names = tuple(found.ranges)
-    figures = found.posterior
-    if method == EMULATOR and figures is not None and (folder / figures.draws).is_file():
-        table = pd.read_csv(folder / figures.draws)
-        draws = table[list(names)].to_numpy(float)
+    figures, kept = found.posterior, found.stored_draws(folder)
+    if method == EMULATOR and figures is not None and kept is not None:
+        draws = pd.read_csv(kept)[list(names)].to_numpy(float)
         unsettled = [] if figures.converged else ["the posterior's chains had not settled: the bands are rough"]
         return names, draws, f"{len(draws)} draws of the emulator's posterior ({figures.draws})", unsettled
     answer = found.methods[method]
@@ -124,9 +122,9 @@ def _posterior(
     remedy = (
         "where the records allow, train-and-invert stores one: by --method emulator or both, without --no-posterior"
     )
-    space, kept = ParameterSpace.of_case(case), folder / "emulator.npz"
-    own = method == EMULATOR and kept.is_file()  # a network seeks over the whole ranges
-    searched = read_region(kept) if own else np.stack([space.lows, space.highs])
+    space, emulator = ParameterSpace.of_case(case), folder / "emulator.npz"
+    own = method == EMULATOR and emulator.is_file()  # a network seeks over the whole ranges
+    searched = read_region(emulator) if own else np.stack([space.lows, space.highs])
     prior = NormalPrior.of(case.priors, space)
     return space.names, rough_draws(space, answer.parameters, searched, prior, found.seed), text, [f"{text}; {remedy}"]
 

@@ -30,9 +30,9 @@ def write(found: Diagnosis, folder: Path, declared: Mapping[str, Case] | None = 
     declared: names of files -> cases of shots and baselines. What an earlier diagnosis left there goes first, but for
     the declared cases, of which one may be what the user gave: those that this one has not go last.
     """
-    earlier = _of_earlier(folder)
+    made, given = _of_earlier(folder)
     withdraw(folder, RESULT, MODEL)
-    for name in () if earlier is None else _made(earlier):
+    for name in made:
         (folder / name).unlink(missing_ok=True)
     for name, case in (declared or {}).items():
         copy_case(case, folder, name, "" if name == CASE else f"{Path(name).stem}/")
@@ -46,29 +46,29 @@ def write(found: Diagnosis, folder: Path, declared: Mapping[str, Case] | None = 
     if found.model:
         save_tree(folder / MODEL, found.model)
     found.save(folder / RESULT)
-    for name in set() if earlier is None else _declared(earlier) - _declared(found):
+    for name in given - _declared(found):
         (folder / name).unlink(missing_ok=True)
     return found
 
 
 def remove(folder: Path) -> None:
     """Remove what a diagnosis wrote into its folder, its simulations apart."""
-    earlier = _of_earlier(folder)
-    for name in (RESULT, MODEL, *(() if earlier is None else (*_made(earlier), *_declared(earlier)))):
+    made, given = _of_earlier(folder)
+    for name in (RESULT, MODEL, *made, *given):
         (folder / name).unlink(missing_ok=True)
 
 
-def _of_earlier(folder: Path) -> Diagnosis | None:
-    """The diagnosis that a folder holds; None where it holds none that can be read."""
+def _of_earlier(folder: Path) -> tuple[set[str], set[str]]:
+    """Names of the curves and the case after that a diagnosis made in a folder, and of the cases that it was given.
+
+    None of either where the folder holds no diagnosis that can be read.
+    """
     try:
-        return Diagnosis.read(folder / RESULT)
+        earlier = Diagnosis.read(folder / RESULT)
     except UserError:
-        return None
-
-
-def _made(found: Diagnosis) -> set[str]:
-    """Names of the curves of a diagnosis, and of the case after it."""
-    return {*curve_files([one.name for one in found.shots]), *([found.case_after] if found.case_after else [])}
+        return set(), set()
+    curves = curve_files([one.name for one in earlier.shots])
+    return {*curves, *([earlier.case_after] if earlier.case_after else [])}, _declared(earlier)
 
 
 def _declared(found: Diagnosis) -> set[str]:

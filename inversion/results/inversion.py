@@ -139,6 +139,11 @@ class Inversion(Displayed):
         ]
         return pd.DataFrame(rows)
 
+    def stored_draws(self, folder: str | Path) -> Path | None:
+        """The file of the posterior's draws in the folder of its train_and_invert; None where none was drawn."""
+        path = None if self.posterior is None else Path(folder) / self.posterior.draws
+        return path if path is not None and path.is_file() else None
+
     def to_inference_data(self, folder: str | Path) -> InferenceData:
         """The posterior's draws in `folder`, where train_and_invert wrote them, for arviz.
 
@@ -146,8 +151,8 @@ class Inversion(Displayed):
         one chain here; R-hat and effective sizes of the chains themselves stand in the attributes. Raises UserError
         where no posterior was drawn.
         """
-        figures = self.posterior
-        if figures is None or not (Path(folder) / figures.draws).is_file():
+        figures, draws_file = self.posterior, self.stored_draws(folder)
+        if figures is None or draws_file is None:
             raise UserError(
                 f"no draws of a posterior in {folder}; repeat train-and-invert with the emulator's posterior"
             )
@@ -156,7 +161,7 @@ class Inversion(Displayed):
             import arviz
         import pandas as pd
 
-        table = pd.read_csv(Path(folder) / figures.draws)
+        table = pd.read_csv(draws_file)
         draws: dict[str, Any] = {name: table[name].to_numpy(float)[None] for name in figures.names}
         known = {
             "chain_steps": figures.steps,

@@ -67,8 +67,9 @@ def _remarks(model: StrikeModel) -> Iterator[str]:
         "Formulations: Belytschko-Tsay shells (ELFORM 2) with five points, "
         + ("one-point solids." if len(model.bird.cells) else "particles by the default SPH (FORM 0).")
     )
-    radial = [part.name for part in model.parts if getattr(part.material, "return_mapping", "") == "radial"]
-    if radial and any(part.moves for part in model.parts):
+    moving = [part for part in model.parts if part.moves]
+    radial = [part.name for part in moving if getattr(part.material, "return_mapping", "") == "radial"]
+    if radial:
         yield (
             f"The case returns the stress of {', '.join(radial)} radially to the yield surface (return_mapping); these "
             "shells return it to the closest point."

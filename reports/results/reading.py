@@ -194,9 +194,10 @@ def _convergence(inverted: Path, inversion: Inversion) -> Convergence | None:
 
 def _draws(inverted: Path, inversion: Inversion) -> dict[str, Array] | None:
     """The posterior's draws, name -> SI; None where none were made or the file was taken away."""
-    if inversion.posterior is None or not (inverted / inversion.posterior.draws).is_file():
+    kept = inversion.stored_draws(inverted)
+    if inversion.posterior is None or kept is None:
         return None
-    table = pd.read_csv(inverted / inversion.posterior.draws)
+    table = pd.read_csv(kept)
     return {name: table[name].to_numpy(float) for name in inversion.posterior.names}
 
 
