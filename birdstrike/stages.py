@@ -113,14 +113,12 @@ def effects_digest() -> str:
 
 def inputs_of_diagnosis(cases: Iterable[Case], records: Iterable[Path], **told: Any) -> dict[str, Any]:
     """All that changes a diagnosis: cases, solver, effects, records by content and name, code, and what it was told."""
-    from birdstrike.doe.solvers import solver_for  # late: it brings in the solver
+    from birdstrike.doe.solvers import content_of  # late: it brings in the solver
     from birdstrike.solver.version import code_of
 
-    listed = list(cases)
     return {
         "told": told,
-        "cases": [{**one.model_dump(mode="json"), "canonical": one.canonical()} for one in listed],
-        "solvers": [solver_for(one).version for one in listed],
+        "cases": [content_of(one) for one in cases],
         "records": [(path.name, digest(path)) for path in records if path.is_file()],
         "effects": effects_digest(),
         "code": code_of("inversion"),

@@ -19,7 +19,7 @@ from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import may_hold_tables, reader_of
 from birdstrike.data.tables.csv_table import NAME, Column, CsvTable
 from birdstrike.data.tables.loose_table import SIGMA, Head, LooseTable, SeveralColumns, read_loose_table
-from birdstrike.data.units import dimension, factor, meant, parts, ratio, scaled, si_unit, to_si
+from birdstrike.data.units import ACCEPTED, dimension, factor, meant, parts, ratio, scaled, si_unit, to_si
 
 RATE_OFF = Decimal("0.02")
 """Share by which a file's own clock and a rate may differ."""
@@ -78,6 +78,7 @@ def import_record(path: str | Path, options: ImportOptions) -> Measured:
     _refuse_options(options)
     _refuse_names(options.sensors)
     _refuse_scales(options.scales)
+    _refuse_units(options.units)
     if options.rate:
         _interval(options.rate)
     table, nodout = read_export(path, options)
@@ -237,6 +238,8 @@ def _time(table: LooseTable, clock: int | None, options: ImportOptions) -> Colum
     else:
         assert clock is not None
         unit = _unit(table, clock, "time", options)
+        if "time" in options.units and dimension(unit) != "s":
+            raise UnitError(f"--time-unit {unit} is no unit of time; accepted: {ACCEPTED['s']}")
         if si_unit(unit) != "s":
             raise MeasuredError(f'{table.path}: "{name}" is no time; choose the clock\'s column: --time NAME')
     begin += _shift(options.shift, unit)
@@ -342,6 +345,17 @@ def _refuse_options(options: ImportOptions) -> None:
         raise MeasuredError(
             f"{option} {name}: {name} is no sensor that is read; named: {known}" for option, name in wrong
         )
+
+
+def _refuse_units(units: Mapping[str, str]) -> None:
+    """Raises UnitError for what is no unit at all."""
+    for name, unit in units.items():
+        option = "--time-unit " if name == "time" else f"--unit {name}="
+        known = [ACCEPTED["s"]] if name == "time" else [ACCEPTED[kind] for kind in MEASURED]
+        try:
+            dimension(unit)
+        except UnitError as error:
+            raise UnitError(f"{option}{unit}: {error}; accepted: {'; '.join(known)}") from error
 
 
 def _refuse_scales(scales: Mapping[str, float]) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from decimal import Decimal
+from difflib import get_close_matches
 from functools import cache
 from numbers import Real
 from typing import TYPE_CHECKING
@@ -154,9 +155,14 @@ def _may_be_a_strain(unit: str) -> bool:
 
 
 def meant(unit: str) -> str:
-    """What to write for a unit in the wrong case, such as MS for ms, as the end of a sentence; else empty."""
-    known = re.findall(r"[^,;\s]+", " ".join(ACCEPTED.values()))
-    alike = [one for one in dict.fromkeys(known) if one.casefold() == unit.strip().casefold() and one != unit]
+    """What to write for a unit in the wrong case, or a word for one, as the end of a sentence; else empty.
+
+    MS is ms, milimeter is mm.
+    """
+    known, text = re.findall(r"[^,;\s]+", " ".join(ACCEPTED.values())), unit.strip().casefold()
+    alike = [one for one in dict.fromkeys(known) if one.casefold() == text and one != unit]
+    words = {word: short for short, word in PLURALS.items()}
+    alike += [words[word] for word in get_close_matches(text, words, n=1, cutoff=0.8)]
     return f'; "{alike[0]}"?' if alike else ""
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from birdstrike.doe.attempt import Simulate, Solver
 from birdstrike.solver.case.case import Case
 
@@ -33,3 +35,18 @@ def solver_for(case: Case, embedded: Simulate | None = None) -> Solver:
     from birdstrike.solver.version import SOLVER_VERSION  # late: it reads every source of the solver
 
     return Solver(embedded, SOLVER_VERSION)
+
+
+def content_of(case: Case, embedded: Simulate | None = None) -> dict[str, Any]:
+    """All that a result can take from a case, as JSON has it: what it declares and resolves to, orders, its solver.
+
+    embedded: as of `solver_for`. Raises what that raises.
+    """
+    declared = case.model_dump(mode="json")
+    del declared["solver"]["threads"]
+    return {
+        "declared": declared,
+        "canonical": case.canonical(),
+        "order": [list(case.inversion.parameters), list(case.sensors)],  # of designs and of channels
+        "solver": solver_for(case, embedded).version,
+    }

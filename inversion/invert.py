@@ -12,6 +12,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress, silent
+from birdstrike.data.run_warnings import merged
 from birdstrike.inversion.estimation.known_errors import Columns, poor, stacked
 from birdstrike.inversion.estimation.locate import (
     InversionOptions,
@@ -125,7 +126,7 @@ def invert(
         design=located.calibration.design,
         runs_used=len(dataset.runs),
         time_offset=located.origin,
-        warnings=(*failed, *of_curve, *of_network, *located.remarks),
+        warnings=(*failed, *of_curve, *of_network, *located.remarks, *_of_runs(verified)),
         training=training,
         emulator=emulator_figures(located.emulator, dataset),
         prior_predictive=predictive,
@@ -192,6 +193,12 @@ def verify_all(
     if all(v.histories is None for v in verified.values()):
         raise RunFailed("no verification run finished: " + "; ".join(f"{m}: {v.failure}" for m, v in verified.items()))
     return verified
+
+
+def _of_runs(verified: Mapping[str, VerificationRun]) -> tuple[str, ...]:
+    """Warnings of the simulations themselves."""
+    runs = [run.histories for run in verified.values() if run.histories is not None]
+    return merged([run.summary.get("warnings", []) for run in runs])
 
 
 def answered(located: Located, proposal: Proposal, verification: VerificationRun) -> Answer:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
@@ -172,10 +173,22 @@ class Count:
     def validate(self, value: Any) -> int:
         """The number itself; raises PydanticCustomError."""
         if isinstance(value, bool) or not isinstance(value, int):
-            raise complaint("must be a whole number")
+            raise complaint(f"must be a whole number in {self.low} .. {self.high}{self._remedy(value)}")
         if not self.low <= value <= self.high:
             raise complaint(f"is outside {self.low} .. {self.high}")
         return value
+
+    @staticmethod
+    def _remedy(value: Any) -> str:
+        """What the user probably meant."""
+        text = value.strip() if isinstance(value, str) else value
+        if isinstance(text, bool) or not isinstance(text, str | int | float):
+            return ""
+        with suppress(ValueError, OverflowError):
+            whole = float(text)
+            if whole == int(whole):
+                return f"; write {int(whole)}{', without quotes' if isinstance(value, str) else ''}"
+        return ""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return checked(self.validate)

@@ -17,9 +17,10 @@ from threadpoolctl import threadpool_limits
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import listing, many
 from birdstrike.data.histories import Array
 from birdstrike.data.progress import Progress
-from birdstrike.surrogate.features import Region, covered, features, regions, runs_needed
+from birdstrike.surrogate.features import FEATURES, Region, covered, features, regions, runs_needed
 from birdstrike.surrogate.gaussian_process import GaussianProcess, LocalVariance, student_inflation
 from birdstrike.surrogate.run_scatter import factors_between, shrunk_correlation
 from birdstrike.surrogate.scaling import Scaling
@@ -195,18 +196,21 @@ def fit_emulator(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Emulator:
-    """Fit the given channels of a campaign's smooth runs; raises UserError when those are too few.
+    """Fit the given channels of a campaign's smooth runs; raises UserError when those are too few, or none can differ.
 
     Runs in a part of a range that too few of them cover are left out as well: they could only mislead.
     """
-    needed = runs_needed(len(dataset.names))
-    if dataset.smooth.sum() < needed:
-        many = f"{dataset.smooth.sum()} runs of the campaign are smooth"
-        raise UserError(f"{many}, the emulator needs {needed}: extend it by run-doe")
-    boxes = regions(dataset.names, dataset.lows, dataset.highs, dataset.parameters[dataset.smooth])
+    boxes = _boxes(dataset)
     used = dataset.smooth & covered(boxes, dataset.parameters)
+    _refuse_too_few(dataset, int(used.sum()))
     theta = dataset.parameters[used]
     scaling = Scaling.over(features(dataset.names, theta))
+    if scaling.constant.all():
+        raise UserError(
+            f"none of the {len(theta)} smooth runs depends on {listing(dataset.names)}: erosion limits that no "
+            "particle can reach; widen their ranges (inversion.parameters) past 1 and run the campaign anew, or seek "
+            "something else"
+        )
     emulator = Emulator(dataset.names, tuple(map(int, dataset.runs[used])), boxes, scaling, {})
     u = emulator.inputs(theta)
     fitted: dict[str, CurveEmulator] = {}
@@ -215,6 +219,24 @@ def fit_emulator(
         if progress is not None:
             progress((i + 1) / len(channels))
     return replace(emulator, channels=jointly(fitted))
+
+
+def _boxes(dataset: Dataset) -> tuple[Region, ...]:
+    _refuse_too_few(dataset, int(dataset.smooth.sum()))
+    return regions(dataset.names, dataset.lows, dataset.highs, dataset.parameters[dataset.smooth])
+
+
+def _refuse_too_few(dataset: Dataset, found: int) -> None:
+    """Raise UserError where so many runs are too few, saying how many were not smooth or stand alone in their part."""
+    needed, smooth = runs_needed(len(dataset.names)), int(dataset.smooth.sum())
+    if found >= needed:
+        return
+    split = listing([name for name in dataset.names if name.rsplit(".", 1)[-1] in FEATURES])
+    apart = f", {found} of them where enough lie on the same side of 1 in {split}" if found < smooth else ""
+    raise UserError(
+        f"{many(smooth, 'run')} of the campaign's {len(dataset.runs)} {'is' if smooth == 1 else 'are'} smooth{apart}; "
+        f"the emulator needs {needed}: extend it by run-doe --runs"
+    )
 
 
 def jointly(channels: Mapping[str, CurveEmulator]) -> dict[str, CurveEmulator]:

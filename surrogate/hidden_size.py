@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.data.progress import Progress
 from birdstrike.surrogate.network import Shape, forward
@@ -38,12 +39,23 @@ def search(
     seed: int = 0,
     settings: Settings | None = None,
     progress: Progress | None = None,
+    share: Callable[[Array], Array] = np.asarray,
 ) -> tuple[HiddenSize, ...]:
-    """Sizes with their errors, in the order given; x (n, inputs), t (n, outputs) scaled. A fold: every fourth row."""
+    """Sizes with their errors, in the order given; x (n, inputs), t (n, outputs) scaled. A fold: every fourth row.
+
+    share: scaled outputs -> shares of the parameters' ranges. Raises UserError below 3 rows.
+    """
+    if len(x) < 3:
+        raise UserError(
+            f"--hidden search compares sizes on training runs that are left out in turn; of {len(x)} none says "
+            "anything: give a number of neurons, or extend the campaign by run-doe --runs"
+        )
+    folds = range(min(FOLDS, len(x)))
     found: list[HiddenSize] = []
     for i, hidden in enumerate(sizes):
         shape = Shape(x.shape[1], hidden, t.shape[1])
-        errors = np.sqrt(np.mean([_squares(shape, x, t, fold, seed, settings) for fold in range(FOLDS)], axis=0))
+        squares = [_squares(shape, x, t, fold, seed, settings, share) for fold in folds]
+        errors = np.sqrt(np.mean(squares, axis=0))
         found.append(HiddenSize(hidden, float(errors.mean()), float(errors.std(ddof=1))))
         if progress is not None:
             progress((i + 1) / len(sizes))
@@ -55,9 +67,18 @@ def best(found: Sequence[HiddenSize]) -> HiddenSize:
     return min(found, key=lambda size: size.mean)
 
 
-def _squares(shape: Shape, x: Array, t: Array, fold: int, seed: int, settings: Settings | None) -> Array:
+def _squares(
+    shape: Shape,
+    x: Array,
+    t: Array,
+    fold: int,
+    seed: int,
+    settings: Settings | None,
+    share: Callable[[Array], Array],
+) -> Array:
     """(starts,) mean squared error on one fold of networks that were trained on the others."""
     out = np.arange(len(x)) % FOLDS == fold
     samples = Samples(x[~out], t[~out], x[out], t[out])
     weights = train(shape, starts(shape, STARTS, seed), samples, settings).weights
-    return np.array([np.mean((forward(shape, w, x[out]) - t[out]) ** 2) for w in weights])
+    truth = share(t[out])
+    return np.array([np.mean((share(forward(shape, w, x[out])) - truth) ** 2) for w in weights])

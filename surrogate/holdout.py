@@ -51,7 +51,8 @@ def describe_times(chosen: Mapping[str, Array]) -> str:
     counts = ", ".join(f"{len(times)} of {channel}" for channel, times in chosen.items())
     return (
         f"network inputs are the record's instants; of more than {MOST_TIMES}, {MOST_TIMES} equally spaced in number "
-        f"from the campaign's first motion (1 % of its largest value) to the last: {counts}"
+        f"from the campaign's first motion (1 % of its largest value) to the last, or the last {MOST_TIMES} where "
+        f"fewer follow it: {counts}"
     )
 
 

@@ -130,7 +130,7 @@ def fit_network(
     x, t = inputs.to_unit(values), ranges.to_unit(theta)
     notes, tried = _notes(inputs), ()
     if hidden is None:
-        tried = hidden_size.search(x[train], t[train], seed=seed)
+        tried = hidden_size.search(x[train], t[train], seed=seed, progress=progress, share=ranges.share)
         hidden, notes = hidden_size.best(tried).hidden, (*notes, _tried(tried))
     shape = Shape(values.shape[1], hidden, theta.shape[1])
     learnt = _augmented(inputs, values[train], noise, copies, seed, nuisances)

@@ -21,7 +21,7 @@ KEPT = 0.999  # of the variance, carried by common directions; the rest counts i
 def shrunk_correlation(rows: Array, target: Array | None = None) -> Array:
     """(p, p) correlation of draws rows (n, p) about zero, shrunk towards the correlation `target`.
 
-    The target is the identity by default. A column without any variance stays uncorrelated.
+    The target is the identity by default. A column without any variance has no correlation but the target's.
     """
     n, p = rows.shape
     size = np.sqrt((rows**2).mean(axis=0))

@@ -45,7 +45,11 @@ class Scaling:
 
     def from_unit(self, unit: Array) -> Array:
         """The inverse of `to_unit`."""
-        return np.where(self.constant, self.low, self.low + unit * self._span)
+        return np.where(self.constant, self.low, self.low + self.share(unit) * self._span)
+
+    def share(self, unit: Array) -> Array:
+        """Scaled values as shares of the range, 0 at `low` and 1 at `high`."""
+        return unit
 
 
 EDGE = 0.02
@@ -63,7 +67,7 @@ class BoundedScaling(Scaling):
         unit = np.clip(super().to_unit(values), 0.0, 1.0)
         return 0.5 + logit(EDGE + (1.0 - 2.0 * EDGE) * unit) / (2.0 * logit(1.0 - EDGE))
 
-    def from_unit(self, unit: Array) -> Array:
-        """Values inside low..high, whatever the linear output is."""
+    def share(self, unit: Array) -> Array:
+        """Inside 0..1, whatever the linear output is."""
         curve = expit((2.0 * unit - 1.0) * logit(1.0 - EDGE))
-        return super().from_unit(np.clip((curve - EDGE) / (1.0 - 2.0 * EDGE), 0.0, 1.0))
+        return np.clip((curve - EDGE) / (1.0 - 2.0 * EDGE), 0.0, 1.0)

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from birdstrike.inversion.identifiability.coverage import Coverage
     from birdstrike.inversion.method_comparison import KnownCase, MethodScore
 
-CASE = "synthetic_strike"
 SEED = 0
 """Of the noise on the records, of the truths and of the posteriors' draws; it stands in comparison.json."""
 
@@ -30,7 +29,9 @@ def command(
         Path, typer.Argument(metavar="DOE", help="Campaign of the case (run-doe); all its sensors are used.")
     ],
     out: Annotated[Path, typer.Option(help="Folder for comparison.json, comparison.md and the runs paid.")],
-    case: Annotated[str, typer.Option(help="The case, whose own values are the truth.")] = CASE,
+    case: Annotated[
+        str | None, typer.Option(help="The case, whose own values are the truth; the campaign's own by default.")
+    ] = None,
     truths: Annotated[int, typer.Option(min=0, help="Emulator-made truths for the coverage of the intervals.")] = 200,
     solver_truths: Annotated[int, typer.Option(min=0, help="Solver-made truths for the same.")] = 20,
     table: Annotated[bool, typer.Option(help="The table of all methods, 12 conditions.")] = True,
@@ -54,7 +55,7 @@ def command(
 def compare_methods(
     doe: str | Path,
     out: str | Path,
-    case: str = CASE,
+    case: str | None = None,
     truths: int = 200,
     solver_truths: int = 20,
     table: bool = True,
@@ -62,8 +63,8 @@ def compare_methods(
 ) -> list[MethodScore]:
     """Write comparison.json and comparison.md into `out` and return the rows of `inversion.method_comparison`.
 
-    The truth is the case's own values; retry_failed: runs with a failure on record are tried again. Raises UserError
-    for a campaign of another case or without a displacement.
+    case: the campaign's own by default; its own values are the truth. retry_failed: runs with a failure on record are
+    tried again. Raises UserError for a campaign of another case or without a displacement.
     """
     from birdstrike.inversion.method_comparison import score_methods
 
@@ -99,7 +100,7 @@ def _write(out: Path, bench: KnownCase, rows: Sequence[MethodScore], found: Mapp
     write_atomically(out / "comparison.md", markdown(rows, found))
 
 
-def _bench(doe: Path, out: Path, case: str, retry_failed: bool) -> tuple[KnownCase, tuple[str, ...]]:
+def _bench(doe: Path, out: Path, case: str | None, retry_failed: bool) -> tuple[KnownCase, tuple[str, ...]]:
     """The campaign, its solver and the truth: the case's own values."""
     from birdstrike.data.store import RunStore
     from birdstrike.doe.campaign.results import load_dataset
@@ -107,11 +108,10 @@ def _bench(doe: Path, out: Path, case: str, retry_failed: bool) -> tuple[KnownCa
     from birdstrike.inversion.forward import StoredSolver
     from birdstrike.inversion.method_comparison import KnownCase
     from birdstrike.inversion.train_and_invert import campaign_case
-    from birdstrike.solver.case.case import load_case
     from birdstrike.solver.case.sections import at
 
     dataset = load_dataset(doe)
-    loaded = campaign_case(doe, dataset, load_case(case))
+    loaded = campaign_case(doe, dataset, case)
     truth = {name: float(at(loaded.model_dump(), name)) for name in dataset.names}
     stores = RunStore(out / "runs"), (RunStore(doe / "runs"),)
     solver = StoredSolver(loaded, *stores, retry=retry_before(retry_failed))

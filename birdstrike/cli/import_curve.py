@@ -157,7 +157,8 @@ def command(
     """
     columns = _columns(sensor)
     scales, units, per = factors_of(_of_sensors("--scale", scale, columns))
-    units |= _of_sensors("--unit", unit, columns) | ({"time": time_unit} if time_unit else {})
+    units |= _units_beside(_of_sensors("--unit", unit, columns), units, per)
+    units |= {"time": time_unit} if time_unit else {}
     record = import_curve(
         file,
         out,
@@ -228,6 +229,17 @@ def _of_sensors(option: str, texts: Iterable[str], sensors: Mapping[str, str]) -
             raise UserError(f"{option} {text}: {name.strip()} is no --sensor; named: {', '.join(sensors)}")
         found |= {name.strip(): value.strip()} if sign else dict.fromkeys(sensors, value.strip())
     return found
+
+
+def _units_beside(stated: Mapping[str, str], given: Mapping[str, str], taken: Mapping[str, str]) -> dict[str, str]:
+    """Of the units of columns those whose factor has none; raises UserError for another unit than the factor takes."""
+    for name in stated.keys() & taken.keys():
+        if stated[name] != taken[name]:
+            raise UserError(
+                f"--unit {name}={stated[name]}: its --scale takes a column in {taken[name]} and gives "
+                f"{given[name]}; leave --unit out, or write the factor without a unit"
+            )
+    return {name: unit for name, unit in stated.items() if name not in taken}
 
 
 def factors_of(texts: Mapping[str, str]) -> tuple[dict[str, float], dict[str, str], dict[str, str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,9 +11,10 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say
-from birdstrike.cli.next_steps import following, record_here
+from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.next_steps import command_line, following, record_here, set_again
 from birdstrike.data.errors import RunFailed
+from birdstrike.data.formatting import many
 
 if TYPE_CHECKING:
     from birdstrike.data.dataset import Dataset
@@ -124,7 +125,8 @@ def command(
             progress=progress,
             say=say,
         )
-    return _conclude(out, loaded, len(planned.numbers), planned.quality())
+    again = ["run-doe", case, *set_again(settings), "--out", out, "--design", design, "--seed", str(seed)]
+    return _conclude(out, loaded, planned, again)
 
 
 def _plan(case: Case, design: str, runs: int, seed: int, out: Path) -> Design:
@@ -180,30 +182,50 @@ def _among_random(value: float | None, percentile: float | None) -> str:
     return f"{value:.5f}" if percentile is None else f"{value:.5f} ({percentile:.0f} % of random designs are lower)"
 
 
-def _conclude(out: Path, loaded: Case, planned: int, quality: Quality) -> dict[str, Any]:
-    """The last lines; RunFailed when runs had to be left out, after everything has been written."""
+def _conclude(out: Path, loaded: Case, planned: Design, again: Sequence[str | Path]) -> dict[str, Any]:
+    """The last lines; RunFailed when runs had to be left out, after everything has been written.
+
+    again: the words of this command but for --runs.
+    """
     from birdstrike.data.files import read_json
     from birdstrike.surrogate.features import runs_needed
 
-    summary = read_json(out / "summary.json")
-    finished = planned - len(summary["failed"])
+    summary, runs, quality = read_json(out / "summary.json"), len(planned.numbers), planned.quality()
+    finished = runs - len(summary["failed"])
     drawn = ["projections.svg"] if (out / "projections.svg").exists() else []
     files = ", ".join(["design.csv", *drawn, "curves.csv", "summary.json", "runs/"])
-    say(f"Written to {out}: {finished} of {planned} runs ({files}).")
+    say(f"Written to {out}: {finished} of {runs} runs ({files}).")
+    warn(summary.get("warnings", ()), str(out / "summary.json"))
     needed = runs_needed(quality.parameters)
-    if finished < needed:
-        say(f"An emulator of these parameters needs {needed} finished runs: call run-doe again with more --runs.")
     allowed = ["--allow-rank-deficient"] if quality.deficient else []
     inverted = out.parent / "inversion" if out.name == "doe" else Path("inversion")
-    record = record_here(loaded.sensors)
-    say(following("train-and-invert", out, "--measured", record, "--out", inverted, *allowed))
+    if finished < needed:
+        say(f"An emulator of these parameters needs {needed} finished runs.")
+        say(_extended(planned, again, needed - finished))
+    else:
+        record = record_here(loaded.sensors)
+        say(following("train-and-invert", out, "--measured", record, "--out", inverted, *allowed))
     if summary["failed"]:
         numbers = ", ".join(str(entry["run"]) for entry in summary["failed"])
         again = "--retry-failed tries these again"
         if any(entry["status"] == "pending" for entry in summary["runs"]):
             again = "the same command repeats those that the machine ended, --retry-failed the others too"
         raise RunFailed(
-            f"{len(summary['failed'])} of {planned} runs failed and are left out: run {numbers}",
+            f"{len(summary['failed'])} of {runs} runs failed and are left out: run {numbers}",
             f"their reasons stand in {out / 'summary.json'}; the others can be used; {again}",
         )
-    return {"out": str(out), "runs": planned, "finished": finished, "failed": [], "design": quality.as_json()}
+    return {
+        "out": str(out),
+        "runs": runs,
+        "finished": finished,
+        "failed": [],
+        "design": quality.as_json(),
+        "warnings": summary.get("warnings", []),
+    }
+
+
+def _extended(planned: Design, again: Sequence[str | Path], lacking: int) -> str:
+    """The line that names the command which adds so many runs."""
+    if planned.kind == "file":
+        return f"Next: append {many(lacking, 'row')} to {planned.source}, then: {command_line(*again)}"
+    return following(*again, "--runs", str(len(planned.numbers) + lacking))

@@ -33,7 +33,7 @@ def adopted_design(case: Case, doe: str | Path) -> Design:
     summary = folder.read_summary()
     if errors := list(_differences(folder, summary, case, space)):
         raise UserError(errors, f"the campaign in {doe} does not fit")
-    numbers, values = design_rows(folder.design.read_text(encoding="utf-8").splitlines())
+    numbers, values = design_rows(folder.design, folder.design.read_text(encoding="utf-8").splitlines())
     held = summary["design"]
     return Design(held["kind"], held["seed"], space, numbers, values, space.to_unit(values), held.get("source"))
 

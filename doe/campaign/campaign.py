@@ -10,6 +10,7 @@ from pathlib import Path
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
+from birdstrike.data.files import withdraw
 from birdstrike.data.out_folder import fills_out
 from birdstrike.data.store import RunStore
 from birdstrike.doe.attempt import Simulate, Solver
@@ -149,6 +150,8 @@ def _finish(
     failed = {number: outcome for number, outcome in outcomes.items() if isinstance(outcome, Failed)}
     if finished:
         write_curves(folder.curves, ((number, run.store.curves(run.key)) for number, run in finished.items()))
+    else:
+        withdraw(folder.path, folder.curves.name)  # those of another version of the solver
     settled(folder, summary, outcomes)
     if not finished:
         number, first = next(iter(failed.items()))

@@ -34,10 +34,13 @@ DAY = 86400.0
 _TEMPORARY = re.compile(r"\.[0-9a-f]{32}\.(h5|failed\.json)\.\d+-[0-9a-f]{8}\.tmp")
 """Names that data.files.whole_file gives to the files of data.store.RunStore while they are written."""
 
+_REPAIR = (
+    "put the original back, or delete it and repeat the command that made the campaign (of an extended one all of "
+    "them, in their order): what stands in runs/ is not simulated again"
+)
 _ALTERED = (
     "has been edited since the campaign wrote it (its digest is not that in summary.json), so that parameters and "
-    "curves need not belong together; put the original back, or delete it and repeat the command that made the "
-    "campaign (of an extended one all of them, in their order): what stands in runs/ is not simulated again"
+    f"curves need not belong together; {_REPAIR}"
 )
 
 _OTHER_CASE = (
@@ -75,16 +78,23 @@ class CampaignFolder:
     def claim(self, case: Case, design: Design) -> None:
         """Make the folder this campaign's, or extend the one in it to a longer design that begins with the same rows.
 
-        UserError when it holds another, of which nothing is then touched.
+        UserError when it holds another, of which nothing is then touched; one that was stopped before its first run is
+        none.
         """
-        self._refuse_other_case(case)
-        self._refuse_other_design(design)
+        if self._begun:
+            self._refuse_other_case(case)
+            self._refuse_other_design(design)
         self.runs.mkdir(parents=True, exist_ok=True)
         remove_leftovers(self.runs)
         copy_case(case, self.path)
         identity = {"name": case.name, "case_hash": case_hash(case), "case": case.canonical()}
         write_json(self.path / "case.json", identity)
         write_atomically(self.design, design_text(design))
+
+    @property
+    def _begun(self) -> bool:
+        """Whether anything was simulated."""
+        return self.curves.exists() or (self.runs.is_dir() and any(self.runs.iterdir()))
 
     def read_summary(self) -> dict[str, Any]:
         """Content of summary.json, empty where there is none."""
@@ -143,13 +153,20 @@ class CampaignFolder:
             return
         if self._design_was_edited():
             raise UserError(f"{self.design} {_ALTERED}")
-        runs, old = len(held_text.splitlines()) - 1, held.get("design")
+        old = held.get("design")
+        runs = old["runs"] if old else len(held_text.splitlines()) - 1
         words = _words(old["kind"], runs, old["seed"], old["source"]) if old else "another design"
         asked = _words(design.kind, len(design.numbers), design.seed, design.source)
         raise UserError(
             f"{self.path} holds a campaign with {words}, not with {asked} over these ranges; "
             f"{remedy(design, runs, held, same_ranges)}"
         )
+
+
+def campaign_within(folder: Path) -> str:
+    """Where the campaign of a loop's folder lies, as the end of a sentence; empty where there is none."""
+    inner = folder / "doe"
+    return f"; its campaign is {inner}" if (inner / "design.csv").exists() and (inner / "case.toml").exists() else ""
 
 
 def stored_case(folder: Path) -> Case:
@@ -178,7 +195,7 @@ def extends(design: Design, text: str, held_text: str, held: Mapping[str, Any], 
     beyond those it counts were planned by a call that was stopped there. Where it is missing nothing vouches for the
     ranges, and the answer is no.
     """
-    if not held or not _same_family(design, held["design"]) or not same_ranges or len(text) <= len(held_text):
+    if not held or not _same_family(design, held["design"]) or not same_ranges:
         return False
     vouched = "".join(held_text.splitlines(keepends=True)[: held["design"]["runs"] + 1])
     return text.startswith(vouched)
@@ -216,10 +233,24 @@ def design_text(design: Design) -> str:
     return "\n".join(",".join(row) for row in [["run", *design.names], *rows]) + "\n"
 
 
-def design_rows(rows: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
-    """Run numbers (n,) and SI values (n, k) from the lines of `design.csv`, its header the first."""
-    table = np.array([[float(cell) for cell in row.split(",")] for row in rows[1:]])
-    return table[:, 0].astype(np.int64), table[:, 1:]
+def design_rows(path: Path, rows: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
+    """Run numbers (n,) and SI values (n, k) from the lines of `design.csv` at `path`, its header the first.
+
+    Raises UserError where they are no table of numbers.
+    """
+    columns = len(rows[0].split(",")) if rows else 0
+    table = []
+    for i, row in enumerate(rows[1:], 2):
+        try:
+            table.append([float(cell) for cell in row.split(",")])
+        except ValueError as error:
+            raise UserError(f"{path}, line {i}: {row} is no row of numbers; {_REPAIR}") from error
+        if len(table[-1]) != columns:
+            raise UserError(f"{path}, line {i} has {many(len(table[-1]), 'cell')}, its header {columns}; {_REPAIR}")
+    if not table:
+        raise UserError(f"{path} holds no runs; {_REPAIR}")
+    numbers, values = np.hsplit(np.array(table), [1])
+    return numbers[:, 0].astype(np.int64), values
 
 
 def rows_digest(rows: Sequence[str]) -> str:

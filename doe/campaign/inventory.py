@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.folder import CampaignFolder, design_rows, stored_case
+from birdstrike.doe.campaign.folder import CampaignFolder, campaign_within, design_rows, stored_case
 from birdstrike.doe.campaign.run import PlannedRun, plan
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
@@ -44,14 +44,23 @@ class Inventory:
 
 
 def inventory(path: str | Path, progress: Progress = silent) -> Inventory:
-    """Read every file of the campaign in `path`, changing none; raises UserError where there is no campaign."""
+    """Read every file of the campaign in `path`, changing none; raises UserError where there is no campaign.
+
+    And where design.csv was edited so that no runs follow from it.
+    """
     folder = CampaignFolder(Path(path))
     if not folder.design.exists() or not (folder.path / "case.toml").exists():
-        raise UserError(f"{path} holds no campaign (case.toml, design.csv); make one with: birdstrike run-doe")
-    runs, version = _planned(folder)
-    found = Inventory(str(folder.read_summary().get("state", "unknown")), version)
+        instead = campaign_within(folder.path) or "; make one with: birdstrike run-doe"
+        raise UserError(f"{path} holds no campaign (case.toml, design.csv){instead}")
+    altered = folder.altered()
+    try:
+        runs, version = _planned(folder)
+    except CaseError:
+        raise
+    except UserError as error:
+        raise UserError(altered or error.errors) from error
+    found = Inventory(str(folder.read_summary().get("state", "unknown")), version, altered=altered)
     store, own = RunStore(folder.runs), {key for run in runs for key in run.keys.values()}
-    found.altered.extend(folder.altered())
     found.damaged.extend(_set_aside(folder.runs, store))
     finished, failed = store.keys(), store.failed_keys()
     keys = [*((key, True) for key in finished), *((key, False) for key in failed)]
@@ -74,7 +83,7 @@ def _planned(folder: CampaignFolder) -> tuple[list[PlannedRun], str]:
     """The folder's runs under the present version of the solver, and that version."""
     case = stored_case(folder.path)
     solver, space = solver_for(case), ParameterSpace.of(case.parameters())
-    numbers, values = design_rows(folder.design.read_text(encoding="utf-8").splitlines())
+    numbers, values = design_rows(folder.design, folder.design.read_text(encoding="utf-8").splitlines())
     return plan(case, Design("file", None, space, numbers, values, space.to_unit(values)), solver), solver.version
 
 

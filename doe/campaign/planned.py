@@ -63,4 +63,4 @@ def _held(
     rows = folder.design.read_text(encoding="utf-8").splitlines()[: design["runs"] + 1]
     if rows_digest(rows) != design.get("digest"):
         return None
-    return design_rows(rows)
+    return design_rows(folder.design, rows)

@@ -19,7 +19,15 @@ from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.out_folder import maker_of
-from birdstrike.doe.campaign.folder import CampaignFolder, design_text, file_digest, rows_digest, space_json
+from birdstrike.data.run_warnings import merged
+from birdstrike.doe.campaign.folder import (
+    CampaignFolder,
+    campaign_within,
+    design_text,
+    file_digest,
+    rows_digest,
+    space_json,
+)
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
 from birdstrike.doe.designs.design import Design
 from birdstrike.solver.case.case import Case, case_hash
@@ -148,8 +156,12 @@ def settled(folder: CampaignFolder, summary: Mapping[str, Any], outcomes: Mappin
     failed = [{"run": n, "reason": outcome.reason} for n, outcome in outcomes.items() if isinstance(outcome, Failed)]
     limit = summary.get("smooth_loss", SMOOTH_LOSS)
     runs = [{"run": number, **_fate(outcome, limit)} for number, outcome in outcomes.items()]
+    stores = [(one.store, one.key) for one in outcomes.values() if isinstance(one, Finished)]
+    told = merged([(store.summary(key) or {}).get("warnings", []) for store, key in stores])
     curves = {"curves": {"digest": file_digest(folder.curves)}} if folder.curves.exists() else {}
-    write_json(folder.summary, {**summary, "state": "finished", **curves, "runs": runs, "failed": failed})
+    write_json(
+        folder.summary, {**summary, "state": "finished", **curves, "runs": runs, "failed": failed, "warnings": told}
+    )
 
 
 def _fate(outcome: Finished | Failed, smooth_loss: float) -> dict[str, Any]:
@@ -175,7 +187,8 @@ def load_dataset(out: str | Path) -> Dataset:
     folder = CampaignFolder(Path(out))
     summary = folder.read_summary()
     if summary.get("state") != "finished" or not folder.curves.exists() or not folder.design.exists():
-        raise UserError(f"{out} holds no finished campaign; {_remedy(folder.path, summary)}")
+        instead = campaign_within(folder.path) or f"; {_remedy(folder.path, summary)}"
+        raise UserError(f"{out} holds no finished campaign{instead}")
     if altered := folder.altered():
         raise UserError(altered)
     numbers, time, curves, units = read_curves(folder.curves)

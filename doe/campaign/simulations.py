@@ -92,7 +92,7 @@ class Simulations:
             for other in self.read:
                 found = other.look_up(key)
                 if found is not None:
-                    self.store.save(key, replace(found, snapshots=()), {"step_factor": factor})
+                    self.store.save(key, replace(found, snapshots=()), other.meta(key) | {"step_factor": factor})
                     return
 
 

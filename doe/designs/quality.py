@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any, Literal
 
 import numpy as np
-from scipy.spatial.distance import pdist
+from scipy.spatial import KDTree
 from scipy.stats import qmc
 
 from birdstrike.data.formatting import key_labels
@@ -25,6 +25,9 @@ a design that varies a parameter over a hundredth of its range still counts as v
 RANDOM_DESIGNS, RANKED_RUNS = 400, 300
 """Designs among which a percentile is taken, and the most runs for which that is worth its time (about 2 s there)."""
 
+MEASURED_RUNS = 10_000
+"""The most runs of which a discrepancy is taken: its cost grows with their square, some seconds there."""
+
 RANDOM_SEED = 0
 """Of these designs: the same for every call, so that percentiles can be compared."""
 
@@ -36,9 +39,9 @@ class Quality:
     singular_values: (min(n, k),) of the centred matrix, columns in fractions of the ranges, descending; rank: how many
     exceed RANK_TOLERANCE of the largest; condition: largest over smallest, inf where the rank is deficient;
     max_correlation: largest absolute correlation of two columns that vary; discrepancy, wraparound: squared centred and
-    wrap-around L2 discrepancy, None where runs lie outside the box; percentile, wraparound_percentile: share in % of
-    random designs (independent runs, uniform in the box) that are lower, None where not asked; min_distance: smallest
-    distance of two runs in the unit box; sentence: the finding in words.
+    wrap-around L2 discrepancy, None where runs lie outside the box or are more than MEASURED_RUNS; percentile,
+    wraparound_percentile: share in % of random designs (independent runs, uniform in the box) that are lower, None
+    where not asked; min_distance: smallest distance of two runs in the unit box; sentence: the finding in words.
     """
 
     runs: int
@@ -98,7 +101,7 @@ def design_quality(unit: Array, names: Sequence[str] | None = None, ranked: bool
         wraparound=wrapped,
         percentile=_percentile(centred, (n, k), "CD") if ranked else None,
         wraparound_percentile=_percentile(wrapped, (n, k), "WD") if ranked else None,
-        min_distance=float(pdist(unit).min()) if n > 1 else 0.0,
+        min_distance=float(KDTree(unit).query(unit, k=2)[0][:, 1].min()) if n > 1 else 0.0,
         sentence=_sentence(n, rank, directions[:rank], names or [f"parameter {j + 1}" for j in range(k)]),
     )
 
@@ -131,8 +134,8 @@ def _largest_correlation(unit: Array) -> float:
 
 
 def _discrepancy(unit: Array, method: Literal["CD", "WD"]) -> float | None:
-    """Squared discrepancy as scipy defines it; None where a run lies outside the box."""
-    if np.any((unit < -1e-9) | (unit > 1.0 + 1e-9)):
+    """Squared discrepancy as scipy defines it; None where a run lies outside the box, or of too many runs."""
+    if len(unit) > MEASURED_RUNS or np.any((unit < -1e-9) | (unit > 1.0 + 1e-9)):
         return None
     return float(qmc.discrepancy(np.clip(unit, 0.0, 1.0), method=method))
 
@@ -159,7 +162,8 @@ def _sentence(runs: int, rank: int, directions: Array, names: Sequence[str]) -> 
     plural = "direction" if rank == 1 else "directions"
     return (
         f"rank {rank} of {k}: the {runs} runs vary along {rank} {plural} only ({carried}; in fractions of the ranges), "
-        f"so that {k} separate estimates cannot come from them; use --design uniform with at least {k + 1} runs"
+        f"so that {k} separate estimates cannot come from them; use --design uniform with at least {k + 1} runs "
+        "that are smooth (keep nearly all of the bird)"
     )
 
 

@@ -98,9 +98,11 @@ def _good_lattice(runs: int, columns: int) -> Levels:
         generators = [pow(h, j, runs) for j in range(columns)]
         if math.gcd(h, runs) == 1 and len(set(generators)) == columns:
             lattices.append(np.stack([(i * g) % runs for g in generators], axis=1))
+        if len(lattices) == few:
+            break
     if not lattices:  # too few units modulo n for that many columns
         return np.tile(np.arange(runs), (columns, 1)).T
-    return min(lattices[:few], key=discrepancy)
+    return min(lattices, key=discrepancy)
 
 
 UNIFORM = DesignKind("uniform", uniform_design)

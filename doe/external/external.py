@@ -33,10 +33,16 @@ ROUNDING = 0.01
 """Of the output interval, by which a written time may differ from the meant one."""
 LONGEST_GAP = 5
 """Output intervals between two instants of a file, beyond which the curve between them is not known."""
+NO_PROGRAM = (
+    "external.command names no program that can be run on this machine; correct the name, give its whole path, or "
+    "install it"
+)
 MACHINE_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.ENOMEM)
 """What the system tells a program when the disk or the memory is full: that is no failure of the run."""
+FROM_OUTSIDE = ("SIGHUP", "SIGINT", "SIGKILL", "SIGTERM", "SIGXCPU", "SIGXFSZ", "SIGUSR1", "SIGUSR2")
+"""Signals by which people, queues and limits end a program; another number above 128 is the program's own exit code."""
 CRASHES = (signal.SIGSEGV, signal.SIGFPE, signal.SIGILL, signal.SIGABRT)
-"""Signals of a fault inside the program, which the same deck raises again; the others come from outside."""
+"""Signals of a fault inside the program, which the same deck raises again."""
 
 
 def _placeholder(name: str, unit: str) -> str:
@@ -130,15 +136,15 @@ def program_of(external: External) -> str | None:
 def _words(external: External, deck: str, threads: int | None) -> list[str]:
     program, words = program_of(external), external.command[1:]
     if program is None:
-        name = external.command[0]
-        raise FileNotFoundError(errno.ENOENT, "external.command names no program that can be run here", name)
+        raise FileNotFoundError(errno.ENOENT, NO_PROGRAM, external.command[0])
     cores = str(threads or os.cpu_count() or 1)
     return [program, *(word.replace("{input}", deck).replace("{threads}", cores) for word in words)]
 
 
 def _run(folder: Path, external: External, command: list[str]) -> None:
     """Run the command to its end; raises RunFailed. It ends with us: the guard sees its standard input closed."""
-    guarded = [sys.executable, "-I", "-S", str(Path(guard.__file__)), repr(external.time_limit), *command]
+    unkept = "" if external.keep == "all" else str(folder)
+    guarded = [sys.executable, "-I", "-S", str(Path(guard.__file__)), repr(external.time_limit), unkept, *command]
     begun = time.perf_counter()
     with (folder / LOG).open("wb") as log:
         process = subprocess.Popen(guarded, cwd=folder, stdin=subprocess.PIPE, stdout=log, stderr=log)
@@ -165,7 +171,7 @@ def _raise_machine_failure(name: str, code: int, log: str) -> None:
         if os.strerror(error) in log:
             raise MachineFailure(f"{name} stopped: {os.strerror(error)}", "free some and run the same command again")
     killed = guard.signal_of(code)
-    if killed and killed not in CRASHES:
+    if killed in [getattr(signal, word, None) for word in FROM_OUTSIDE]:
         raise MachineFailure(f"{name} was killed by signal {killed}")
 
 

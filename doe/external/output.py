@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -13,13 +14,14 @@ import pandas as pd
 from birdstrike.data.errors import MeasuredError, RunFailed
 from birdstrike.data.exports.nodout import read_nodout
 from birdstrike.data.histories import Array
-from birdstrike.data.tables.loose_table import number_text
 from birdstrike.data.units import factor
 from birdstrike.solver.case.external import ColumnsReading, CsvReading, NodoutReading, Reading
 
 Curve = tuple[Array, Array]
 
-_NUMBER = re.compile(r"[+-]?(?=\.?\d)\d*\.\d*(?:[EeDd][+-]?\d+|[+-]\d{2,3})?|[+-]?\d+(?:[EeDd][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(?=\.?\d)\d*\.\d*(?:[EeDd][+-]?\d+|[+-]\d{1,3})?|[+-]?\d+(?:[EeDd][+-]?\d+)?")
+_DECIMAL_COMMAS = re.compile(r"(?=.*\s)(?=.*,)(?:[^,]|(?<=\d),(?=\d))*")
+"""A line whose cells are separated by blanks, and whose every comma stands between digits."""
 _LOST = re.compile(r"[+-]?(?:nan.*|inf|infinity|\*+|1\.#\w+)", re.IGNORECASE)
 """What solvers write in place of a number that is none, or that its field is too narrow for."""
 _COMMENT = ("#", "$", "*", "%", "!")
@@ -68,7 +70,12 @@ def _refuse_no_history(file: str, time: Array, values: Array) -> None:
 
 def _read_csv(path: Path, reading: Reading) -> Curve:
     assert isinstance(reading, CsvReading)
-    table = pd.read_csv(path, comment="#", skipinitialspace=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", pd.errors.ParserWarning)
+        try:  # index_col: a comma at the end of each row would make an index of the first column
+            table = pd.read_csv(path, comment="#", skipinitialspace=True, index_col=False)
+        except pd.errors.ParserWarning as error:
+            raise ValueError("its rows have more cells than its header has names") from error
     table.columns = [str(name).strip() for name in table.columns]
     time = table.columns[0] if reading.time is None else reading.time
     missing = [name for name in (time, reading.column) if name not in table]
@@ -78,19 +85,30 @@ def _read_csv(path: Path, reading: Reading) -> Curve:
 
 
 def _read_columns(path: Path, reading: Reading) -> Curve:
-    """Rows that are not numbers throughout (titles, comments) are left out; one that has lost a number is an error."""
+    """Rows that do not begin with a number (titles, comments) are left out; one that has lost a number is an error."""
     assert isinstance(reading, ColumnsReading)
     rows = []
     for i, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
-        cells = [] if line.lstrip().startswith(_COMMENT) else line.replace(",", " ").split()
+        text = "" if line.lstrip().startswith(_COMMENT) else line.strip()
+        cells = text.replace(",", " ").split()
+        if cells and _NUMBER.fullmatch(cells[0]) and _DECIMAL_COMMAS.fullmatch(text):
+            raise ValueError(f"line {i} has decimal commas: {text}; write points")
         if cells and all(_NUMBER.fullmatch(cell) for cell in cells):
-            rows.append([float(number_text(cell)) for cell in cells])
+            rows.append([_number(cell) for cell in cells])
         elif any(map(_NUMBER.fullmatch, cells)) and all(_NUMBER.fullmatch(c) or _LOST.fullmatch(c) for c in cells):
             raise ValueError(f"line {i} holds {next(c for c in cells if _LOST.fullmatch(c))} in place of a number")
+        elif rows and cells and _NUMBER.fullmatch(cells[0]):
+            wrong = next(cell for cell in cells if not _NUMBER.fullmatch(cell))
+            raise ValueError(f"line {i} begins with a number and holds {wrong}, which is none")
     if any(len(row) < reading.column for row in rows):
         raise ValueError(f"a row has fewer than {reading.column} columns")
     table = np.array([[row[0], row[reading.column - 1]] for row in rows]).reshape(-1, 2)
     return table[:, 0], table[:, 1]
+
+
+def _number(cell: str) -> float:
+    """Fortran's exponents included: 1.0D-03, 1.0-103, 2.0-5."""
+    return float(re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", re.sub("[dD]", "E", cell)))
 
 
 def _read_nodout(path: Path, reading: Reading) -> Curve:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -55,11 +56,21 @@ def card(value: float, width: int = 10) -> str:
 
     Raises UnitError where not even one digit fits.
     """
-    for digits in range(width, 0, -1):
-        text = f"{float(value):.{digits}g}"
-        if len(text) <= width:
-            return text.rjust(width)
+    for digits in range(17, 0, -1):
+        plain, scientific = f"{float(value):.{digits}g}", f"{float(value):.{digits - 1}e}"
+        for text in (plain, _shortened(plain), _shortened(scientific)):
+            if len(text) <= width:
+                return text.rjust(width)
     raise UnitError(f"card({width}) is too narrow for {float(value):g}")
+
+
+def _shortened(text: str) -> str:
+    """A number without what says nothing: 0.5 as .5, 1.230e-05 as 1.23e-5."""
+    mantissa, sign, exponent = text.partition("e")
+    if "." in mantissa and sign:
+        mantissa = mantissa.rstrip("0").rstrip(".")
+    mantissa = re.sub(r"^(-?)0(?=\.)", r"\1", mantissa)
+    return f"{mantissa}e{int(exponent)}" if sign else mantissa
 
 
 def rendered(case: Case, step_factor: float = 1.0) -> str:

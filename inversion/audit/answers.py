@@ -14,7 +14,7 @@ import numpy as np
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MachineFailure, RunFailed, UserError
 from birdstrike.data.files import plain, write_json
-from birdstrike.doe.solvers import solver_for
+from birdstrike.doe.solvers import content_of
 from birdstrike.inversion.audit.draws import BASELINE, SHOTS
 from birdstrike.inversion.audit.records import Experiment, read_truth
 from birdstrike.inversion.diagnosis.diagnose import diagnose
@@ -31,9 +31,7 @@ def answer_key(experiment: Experiment, options: DiagnosisOptions, noise: int) ->
     case = load_case(experiment.case)
     files = [path for path in (*experiment.shots, experiment.baseline, experiment.heldout) if path]
     content = {
-        "case": case.model_dump(mode="json"),
-        "canonical": case.canonical(),
-        "solver": solver_for(case).version,
+        "case": content_of(case),
         "options": options.choices(),
         "noise": noise,
         "drawn_on": read_truth(experiment.truth).curves if noise else {},

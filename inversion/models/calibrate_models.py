@@ -21,7 +21,7 @@ from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.designs.registry import refuse_seed
 from birdstrike.doe.designs.uniform import LARGEST
 from birdstrike.doe.external.deck import refuse_missing_in_deck
-from birdstrike.doe.solvers import solver_for
+from birdstrike.doe.solvers import content_of, solver_for
 from birdstrike.inversion import forward
 from birdstrike.inversion.conditions import case_of_each
 from birdstrike.inversion.models.campaigns import FitOptions, ModelRuns, ShotSetup, unlike_cases
@@ -183,17 +183,12 @@ def _left_out(folder: Path, chosen: Sequence[Candidate]) -> tuple[str, ...]:
 
 def _fingerprint(runs: ModelRuns) -> str:
     """Digest of all that changes a model's answer."""
-    parts = [
-        [case.canonical(), case.table, [list(map(str, vars(p).values())) for p in case.parameters()]]
-        for case in runs.cases
-    ]
     content = {
         "options": asdict(runs.options),
-        "cases": parts,
+        "cases": [content_of(case, forward.simulate) for case in runs.cases],
         "records": [_digest(setup.measured) for setup in runs.setups],
         "names": [setup.name for setup in runs.setups],
         "published": runs.chosen.literature,
-        "solver": solver_for(runs.cases[0], forward.simulate).version,
         "code": code_of("inversion"),
     }
     return hashlib.sha256(json.dumps(plain_json(content), sort_keys=True, default=str).encode()).hexdigest()[:32]

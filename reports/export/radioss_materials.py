@@ -18,6 +18,7 @@ from birdstrike.solver.bird.materials.interface import NEVER, BirdMaterial
 from birdstrike.solver.bird.materials.null import NullMaterial
 from birdstrike.solver.bird.materials.plastic_kinematic import PlasticKinematicMaterial
 from birdstrike.solver.case.plate import PlateMaterial
+from birdstrike.solver.hardening import hardening_moduli
 from birdstrike.solver.target.laws.bilinear import Bilinear
 from birdstrike.solver.target.laws.interface import Metal, TargetMaterial
 from birdstrike.solver.target.laws.johnson_cook import JohnsonCook
@@ -89,7 +90,7 @@ def _limit(failure_strain: float | None) -> float:
 def _plastic_bird(
     material: PlasticKinematicMaterial, density: float, number: int, system: UnitSystem, sph: bool
 ) -> list[str]:
-    slope = material.young * material.tangent_modulus / (material.young - material.tangent_modulus)
+    slope, _ = hardening_moduli(material.young, material.tangent_modulus)
     numbers = (density, material.young, material.poisson, material.yield_stress, slope, 1.0)
     if not sph:
         rate = (material.rate_c, material.rate_p)
@@ -150,7 +151,7 @@ def metal_lines(
 ) -> list[str]:
     """The /MAT of shells; None: of shells that are held. Raises UserError for what Radioss' shells have not."""
     if isinstance(material, PlateMaterial | Bilinear):
-        slope = material.young * material.tangent_modulus / (material.young - material.tangent_modulus)
+        slope, _ = hardening_moduli(material.young, material.tangent_modulus)
         numbers = (material.density, material.young, material.poisson, material.yield_stress, slope, 1.0)
         refuse_fracture(title, material)
         rate = (material.rate_c, material.rate_p)

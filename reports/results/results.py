@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.run_warnings import merged, unlike
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.case.case import Case
@@ -23,32 +23,6 @@ RunSummary = Mapping[str, Any]
 
 TITLES = {"elastic": "elastic", "plastic_kinematic": "plastic-kinematic", "hydrodynamic": "hydrodynamic"}
 """Bird model of a case -> what the page calls it."""
-
-_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]*\w)", re.IGNORECASE)
-
-
-def merged(runs: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    """Warnings of several simulations, equal but for their numbers, as one: "83 .. 94 Pa s (2 of 9 simulations)".
-
-    Ordered by their mean place among the warnings of the runs that have them, so that the gravest stay first.
-    """
-    alike: dict[str, list[tuple[int, str]]] = {}
-    for own in runs:
-        for place, text in enumerate(own):
-            alike.setdefault(_NUMBER.sub("#", text), []).append((place, text))
-    ordered = sorted(alike.values(), key=lambda found: sum(place for place, _ in found) / len(found))
-    return tuple(f"{_ranged([t for _, t in found])} ({len(found)} of {len(runs)} simulations)" for found in ordered)
-
-
-def _ranged(texts: Sequence[str]) -> str:
-    """The first of texts that are equal but for their numbers, each number as the range that it has in all of them."""
-    columns = zip(*(_NUMBER.findall(text) for text in texts), strict=True)
-    ranges = iter([_range(sorted(set(column), key=float)) for column in columns])
-    return _NUMBER.sub(lambda _: next(ranges), texts[0])
-
-
-def _range(ordered: Sequence[str]) -> str:
-    return ordered[0] if len(ordered) == 1 else f"{ordered[0]} .. {ordered[-1]}"
 
 
 @dataclass(frozen=True)
@@ -217,5 +191,7 @@ class Results(CampaignResults, InversionResults):
         """What the reader must know, of each part the gravest first.
 
         Of the inversion, of failed simulations, of the simulations' own checks, and which shots have no curves here.
+        What both say of simulations is said once, of all of them.
         """
-        return (*self.inversion.warnings, *campaign_warnings(self), *self.other_shots)
+        of_runs = campaign_warnings(self)
+        return (*unlike(self.inversion.warnings, of_runs), *of_runs, *self.other_shots)

@@ -132,6 +132,10 @@ class Bird:
         state = (self.rho, self.p, self.energy, self.c, self.active, self.eroded_now, self.work)
         self.update_material(self.n, dt, self.material.eos.constants, self.limits, self.drho_dt, self.heating, *state)
         self.stored += self.work
+        self.after_material()
+
+    def after_material(self) -> None:
+        """What eroded leaves the lists, images follow. Raises RunFailed on a density that is not positive."""
         if not self.rho[: self.n].min() > 0.0:
             raise RunFailed("a bird particle's density is no longer positive", "lower solver.courant")
         if self.eroded_now.any():

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array
 from birdstrike.solver.bird.eos.compiled import with_law
 from birdstrike.solver.bird.materials.solid import Solid
@@ -58,12 +57,7 @@ class SolidBird(Bird):
         self.work[:] = self.works[:, 0]
         self.stored += self.work
         self.stored_stress += self.works[:, 1]
-        if not self.rho[: self.n].min() > 0.0:
-            raise RunFailed("a bird particle's density is no longer positive", "lower solver.courant")
-        if self.eroded_now.any():
-            self.deformation[self.eroded_now] = 0.0
-            self.list.build(self.x, self.active)
-        self.refresh_images()
+        self.after_material()
 
     def refresh_images(self) -> None:
         """Images follow their parents, stress included."""

@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from birdstrike.solver.case.overlay import SIZES, size_follows_from_mass
-from birdstrike.solver.case.sections import metadata_of, sections_of
+from birdstrike.solver.case.sections import metadata_of, quantity_at, sections_of
 from birdstrike.solver.case.target import unknown_part
 from birdstrike.solver.fields import Between, OneOf, shortened
 from birdstrike.solver.registry import Kinds
@@ -45,7 +45,7 @@ def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, A
     """One of pydantic's errors about a `case` read from `table`: field, value, what is wrong, remedy."""
     kind, loc, message, value = error["type"], error["loc"], error["msg"], error["input"]
     key = ".".join(f'"{part}"' if "." in str(part) else str(part) for part in loc)
-    if why := _of_no_part(loc, table):
+    if why := _of_no_part(loc, table) or _without_quotes(loc, table):
         return why
     known, kinds = _place(case, loc[:-1], table)
     if kind == "extra_forbidden" and kinds is not None and (why := kinds.foreign(str(loc[-1]))):
@@ -74,6 +74,27 @@ def _of_no_part(loc: Place, table: Mapping[str, Any]) -> str:
     """Of an error within a table under `target.parts`: that the mesh has no such part, where that is so."""
     within, name = loc[:2], next(iter(loc[2:-1]), None)
     return unknown_part(table.get("target"), str(name)) if within == ("target", "parts") and name is not None else ""
+
+
+def _without_quotes(loc: Place, table: Mapping[str, Any]) -> str:
+    """Of an error within a sought parameter: that its key lacks quotes, so that TOML reads tables within tables."""
+    first = str(next(iter(loc[2:]), ""))
+    if loc[:2] != ("inversion", "parameters") or not first or "." in first:
+        return ""
+    key = _quantity_within(first, table["inversion"]["parameters"].get(first))
+    return (
+        f'inversion.parameters.{key} lacks quotes: a key with dots is written inversion.parameters."{key}"'
+        if key
+        else ""
+    )
+
+
+def _quantity_within(key: str, found: Any) -> str:
+    """The first dotted key at or below `key` that is a quantity of a case; empty for none."""
+    if quantity_at(key) is not None:
+        return key
+    inner = found.items() if isinstance(found, Mapping) else ()
+    return next((text for name, one in inner if (text := _quantity_within(f"{key}.{name}", one))), "")
 
 
 def _did_you_mean(known: list[str], key: str) -> str:

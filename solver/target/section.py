@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.solver.hardening import hardening_moduli
 from birdstrike.solver.kernels.target import metal
 from birdstrike.solver.target.laws.interface import elastic_row
 
@@ -39,8 +40,7 @@ class ShellMaterial:
     @property
     def hardening(self) -> tuple[float, float, float]:
         """Yield stress, isotropic and kinematic hardening modulus [Pa]."""
-        modulus = self.young * self.tangent_modulus / (self.young - self.tangent_modulus)
-        return self.yield_stress, self.beta * modulus, (1.0 - self.beta) * modulus
+        return self.yield_stress, *hardening_moduli(self.young, self.tangent_modulus, self.beta)
 
     def row(self) -> Array:
         """Constants as the kernels read them, see `kernels.target.metal`."""

@@ -18,9 +18,9 @@ from birdstrike.data.progress import Progress
 from birdstrike.surrogate.network import Shape, jacobian
 from birdstrike.surrogate.trainers.training import Samples, Training
 
-STEADY = 1e-5  # relative change of F and of gamma below which nothing more is learnt
+STEADY = 1e-5  # relative change of the mean squared error and of gamma below which nothing more is learnt
 STEADY_FOR = 20  # epochs
-NOISE = 0.01  # of a parameter's range, root mean square: the outputs are not taken to be known better than this
+NOISE = 0.01  # of the scaled outputs' 0..1, root mean square: the outputs are not taken to be known better than this
 INTERPOLATES = 0.9  # effective weights, as a share of the residuals, from which none are left to check the fit by
 
 
@@ -110,7 +110,10 @@ def _train(shape: Shape, weights: Array, samples: Samples, rules: Settings, prog
 
 
 def warning(training: Training, residuals: int) -> str:
-    """What a user must know of a network with nearly as many effective weights as training values; else nothing."""
+    """What a user must know of a network with nearly as many effective weights as training values; else nothing.
+
+    residuals: training values, those of noisy copies included: a network that averages over copies interpolates none.
+    """
     gamma = training.effective_weights
     if gamma is None or gamma <= INTERPOLATES * residuals:
         return ""

@@ -101,13 +101,24 @@ def test_a_scale_may_be_per_a_quotient(tmp_path: Path) -> None:
     assert read_measured(out).channels["f"].tolist() == [0.0, 1e5]
 
 
+def test_a_unit_beside_the_factor_that_takes_it_is_the_column_s(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t_ms,w\n0,0\n1,-2\n")
+    out = tmp_path / "o.csv"
+    options = ("--sensor", "w", "--unit", "V", "--scale", "2 mm/V", "--out", out)
+    assert invoke("import", tmp_path / "a.csv", *options).exit_code == 0
+    assert read_measured(out).channels["w"].tolist() == [0.0, -4e-3]
+
+
 @pytest.mark.parametrize(
     ("options", "why"),
     [
         (("--unit", "x=mm"), "--unit x=mm: x is no --sensor; named: w"),
         (("--scale", "2,5 mm/V"), '--scale 2,5 mm/V has a decimal comma; write "2.5 mm/V"'),
         (("--scale", "minus"), "--scale minus is not a number; write --scale -1"),
-        (("--unit", "bananas"), '"bananas" is not a unit'),
+        (("--unit", "bananas"), '--unit w=bananas: "bananas" is not a unit; accepted: m, cm, mm'),
+        (("--unit", "milimeter"), '"milimeter" is not a unit; "mm"?'),
+        (("--unit", "mm", "--time-unit", "mm"), "--time-unit mm is no unit of time; accepted: s, ms, us"),
+        (("--unit", "mm", "--scale", "2 mm/V"), "--unit w=mm: its --scale takes a column in V and gives mm"),
     ],
 )
 def test_unreadable_options_are_the_users_errors(tmp_path: Path, options: tuple[str, ...], why: str) -> None:
@@ -115,5 +126,5 @@ def test_unreadable_options_are_the_users_errors(tmp_path: Path, options: tuple[
     out = tmp_path / "o.csv"
     found = invoke("import", tmp_path / "a.csv", "--sensor", "w", *options, "--out", out)
     assert found.exit_code == 1
-    assert why in found.output
+    assert why in " ".join(found.output.split())
     assert not out.exists()

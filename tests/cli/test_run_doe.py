@@ -53,6 +53,16 @@ def test_quality_is_printed_first_and_the_last_line_says_what_next(tmp_path: Pat
 
 
 @pytest.mark.usefixtures("stand_in")
+def test_a_campaign_of_too_few_runs_names_the_command_that_adds_them(tmp_path: Path) -> None:
+    result = invoke(tmp_path, "--design", "lhs", "--runs", "3")
+    assert result.exit_code == 0, result.output
+    last = result.stdout.splitlines()[-1]
+    assert last == f"Next: birdstrike run-doe reference_strike --out {tmp_path} --design lhs --seed 0 --runs 5"
+    further = CliRunner().invoke(app, [*last.removeprefix("Next: birdstrike ").split(), "--workers", "1"])
+    assert "Next: birdstrike train-and-invert" in further.stdout
+
+
+@pytest.mark.usefixtures("stand_in")
 def test_a_single_parameter_has_no_projections(tmp_path: Path) -> None:
     parameters = {"bird.material.viscosity": {"range": ["1 Pa s", "10 Pa s"]}}
     table = load_case("reference_strike").table | {"inversion": {"parameters": parameters}}
@@ -157,6 +167,6 @@ def test_help_shows_an_example() -> None:
 @pytest.mark.usefixtures("stand_in")
 def test_fewer_runs_than_an_emulator_needs_are_told(tmp_path: Path) -> None:
     few, enough = (invoke(tmp_path / runs, "--runs", runs) for runs in ("3", "6"))
-    said = "An emulator of these parameters needs 5 finished runs: call run-doe again with more --runs."
+    said = "An emulator of these parameters needs 5 finished runs."
     assert said in few.output.replace("\n", " ")
     assert "An emulator of these parameters" not in enough.output

@@ -202,7 +202,7 @@ def test_only_smooth_runs_are_learnt(dataset: Dataset, emulator: Emulator) -> No
 def test_too_few_smooth_runs_are_an_error(dataset: Dataset) -> None:
     smooth = np.zeros(len(dataset.runs), dtype=bool)
     smooth[:4] = True
-    with pytest.raises(UserError, match="4 runs of the campaign are smooth"):
+    with pytest.raises(UserError, match="4 runs of the campaign's 40 are smooth; the emulator needs 5"):
         fit_emulator(replace(dataset, smooth=smooth), [CHANNEL])
 
 
@@ -219,3 +219,37 @@ def test_read_back_emulator_predicts_the_same(emulator: Emulator, dataset: Datas
     for channel in (CHANNEL, "contact_force"):
         for found, expected in zip(again.predict(unseen, channel), emulator.predict(unseen, channel), strict=True):
             np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-15)
+
+
+def test_too_few_runs_on_one_side_of_an_activity_limit_are_an_error(dataset: Dataset) -> None:
+    theta = dataset.parameters[:7].copy()
+    theta[:, 3] = [0.2, 0.4, 0.6, 0.8, 1.1, 1.15, 1.2]
+    few = replace(
+        dataset,
+        names=(*dataset.names[:3], "bird.material.compression_erosion"),
+        runs=dataset.runs[:7],
+        parameters=theta,
+        curves={name: values[:7] for name, values in dataset.curves.items()},
+        smooth=dataset.smooth[:7],
+        lows=np.array([*dataset.lows[:3], 0.05]),
+        highs=np.array([*dataset.highs[:3], 1.25]),
+    )
+    said = "7 runs of the campaign's 7 are smooth, 3 of them where enough lie on the same side of 1 in .*compression"
+    with pytest.raises(UserError, match=said):
+        fit_emulator(few, [CHANNEL])
+
+
+def test_a_parameter_that_no_run_feels_is_an_error(dataset: Dataset) -> None:
+    """Tension erosion below 1 is off."""
+    name = ("bird.material.tension_erosion",)
+    off = replace(
+        dataset,
+        names=name,
+        units=dataset.units[:1],
+        parameters=np.linspace(0.3, 0.9, len(dataset.runs))[:, None],
+        lows=np.array([0.3]),
+        highs=np.array([0.9]),
+        scales=(),
+    )
+    with pytest.raises(UserError, match=r"none of the 40 smooth runs depends on bird\.material\.tension_erosion"):
+        fit_emulator(off, [CHANNEL])

@@ -18,6 +18,7 @@ from birdstrike.solver.bird.materials.interface import (
 )
 from birdstrike.solver.bird.materials.solid import Solid
 from birdstrike.solver.fields import Between
+from birdstrike.solver.hardening import hardening_moduli
 
 
 class PlasticKinematicMaterial(BirdMaterial):
@@ -61,11 +62,5 @@ class PlasticKinematicMaterial(BirdMaterial):
 
     def build(self, rho0: float) -> Solid:
         base = elastic(rho0, self.young, self.poisson)
-        moduli = (base.shear_modulus, self.yield_stress, *hardening(self.young, self.tangent_modulus, self.beta))
+        moduli = (base.shear_modulus, self.yield_stress, *hardening_moduli(self.young, self.tangent_modulus, self.beta))
         return Solid(base.eos, *moduli, self.rate_c, self.rate_p, self.failure_strain)
-
-
-def hardening(young: float, tangent: float, beta: float) -> tuple[float, float]:
-    """Isotropic and kinematic moduli [Pa]: BETA Ep and (1 - BETA) Ep with Ep = E Et/(E - Et)."""
-    modulus = young * tangent / (young - tangent)
-    return beta * modulus, (1.0 - beta) * modulus

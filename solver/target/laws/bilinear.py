@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between
+from birdstrike.solver.hardening import hardening_moduli
 from birdstrike.solver.kernels.target import metal
 from birdstrike.solver.target.laws.interface import Modulus, RatedMetal, Stress, si_in
 
@@ -20,9 +21,8 @@ class Bilinear(RatedMetal):
     beta: Annotated[float, Between(0.0, 1.0)] = 1.0
 
     def harden(self, row: Array) -> None:
-        plastic = self.young * self.tangent_modulus / (self.young - self.tangent_modulus)
-        row[metal.KINEMATIC] = (1.0 - self.beta) * plastic
-        row[metal.CONSTANTS : metal.CONSTANTS + 2] = self.yield_stress, self.beta * plastic
+        isotropic, row[metal.KINEMATIC] = hardening_moduli(self.young, self.tangent_modulus, self.beta)
+        row[metal.CONSTANTS : metal.CONSTANTS + 2] = self.yield_stress, isotropic
 
     @classmethod
     def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:

@@ -14,14 +14,15 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import whole_file
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.folder import DAY
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.campaign.folder import DAY, CampaignFolder
 from birdstrike.doe.campaign.planned import planned_design
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from tests.doe.campaign.test_campaign import HIGHEST, campaign, same, snapshot
-from tests.doe.stand_in import attempts, design, reference
+from tests.doe.stand_in import VERSION, attempts, design, reference, strike
 
 
 @pytest.fixture
@@ -86,8 +87,8 @@ def test_an_extension_stopped_midway_resumes_and_can_be_extended_further(tmp_pat
     before = (out / "summary.json").read_bytes()
     campaign(out, design(8, 0, "sobol"), diary=diary)
     (out / "summary.json").write_bytes(before)  # as a kill leaves it between design.csv and summary.json
-    with pytest.raises(UserError, match="the sobol design of 8 runs and seed 0, not with the sobol design of 4 runs"):
-        campaign(out, design(4, 0, "sobol"))
+    assert len(campaign(out, design(4, 0, "sobol"), diary=diary).runs) == 4
+    assert len(attempts(diary)) == 8
     campaign(out, design(16, 0, "sobol"), diary=diary)
     assert len(attempts(diary)) == 16
 
@@ -230,3 +231,29 @@ def test_only_the_store_s_own_temporary_files_older_than_a_day_are_removed(tmp_p
     campaign(tmp_path)
     assert not any(path.exists() for path in stale)
     assert all(path.exists() for path in (young, *others))
+
+
+def test_a_folder_whose_first_call_was_stopped_before_any_run_takes_another_design(tmp_path: Path) -> None:
+    def stopped(_: str) -> None:
+        raise KeyboardInterrupt
+
+    planned = design(6)
+    planned.values[:] = planned.space.to_physical(np.linspace(0.1, 0.9, 6)[:, None] * np.ones(4))
+    planned.unit[:] = planned.space.to_unit(
+        planned.values
+    )  # a line of runs: there is something to say before the first
+    with pytest.raises(KeyboardInterrupt):
+        run_campaign(reference(), planned, tmp_path, simulate=strike, solver_version=VERSION, say=stopped)
+    assert (tmp_path / "design.csv").exists()
+    assert len(campaign(tmp_path, design(4, 1)).runs) == 4
+
+
+def test_an_extension_stopped_before_its_first_run_leaves_the_campaign_and_may_be_another(tmp_path: Path) -> None:
+    diary = tmp_path / "diary"
+    campaign(tmp_path, design(6), diary=diary)
+    summary = (tmp_path / "summary.json").read_bytes()
+    for runs in (12, 9, 6):
+        CampaignFolder(tmp_path).claim(reference(), planned_design("lhs", SPACE, runs, 0, tmp_path))
+        assert (tmp_path / "summary.json").read_bytes() == summary
+    assert len(campaign(tmp_path, planned_design("lhs", SPACE, 6, 0, tmp_path), diary=diary).runs) == 6
+    assert len(attempts(diary)) == 6

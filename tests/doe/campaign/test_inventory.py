@@ -6,6 +6,7 @@ import errno
 import os
 import shutil
 import warnings
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -20,6 +21,7 @@ from birdstrike.data.formatting import many
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.inventory import inventory
+from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import Finished, retry_before
 from birdstrike.solver.version import SOLVER_VERSION
 from tests.doe.campaign.test_campaign import HIGHEST, campaign, snapshot
@@ -185,3 +187,37 @@ def test_a_run_that_vanishes_before_the_curves_are_written_is_named(tmp_path: Pa
     store.path(key).unlink()
     with pytest.raises(RunFailed, match="has gone or is damaged"):
         _ = finished.histories
+
+
+def test_curves_of_an_older_version_are_no_dataset_once_every_run_of_the_present_one_failed(tmp_path: Path) -> None:
+    versioned(tmp_path, "older")
+    with pytest.raises(RunFailed, match="none of the 6 runs finished"):
+        versioned(tmp_path, breaks_above=-1.0)
+    with pytest.raises(UserError, match="none of its runs finished"):
+        load_dataset(tmp_path)
+    assert len(inventory(tmp_path).other_versions["older"]) == 6
+
+
+@pytest.mark.parametrize("edit", [lambda text: text.replace("\n2,", "\n2,1,", 1), lambda _: ""])
+def test_an_edited_design_of_which_no_runs_follow_is_named(tmp_path: Path, edit: Callable[[str], str]) -> None:
+    versioned(tmp_path)
+    path = tmp_path / "design.csv"
+    path.write_text(edit(path.read_text(encoding="utf-8")), encoding="utf-8")
+    with pytest.raises(UserError, match="has been edited since the campaign wrote it"):
+        inventory(tmp_path)
+
+
+def test_a_line_of_a_design_that_nothing_vouches_for_is_named(tmp_path: Path) -> None:
+    versioned(tmp_path)
+    (tmp_path / "summary.json").unlink()
+    path = tmp_path / "design.csv"
+    path.write_text(path.read_text(encoding="utf-8") + "7,abc\n", encoding="utf-8")
+    with pytest.raises(UserError, match=r"design\.csv, line 8: 7,abc is no row of numbers; put the original back"):
+        inventory(tmp_path)
+
+
+def test_a_loop_s_folder_names_its_campaign(tmp_path: Path) -> None:
+    versioned(tmp_path / "doe")
+    for read in (inventory, load_dataset):
+        with pytest.raises(UserError, match=f"its campaign is {tmp_path / 'doe'}"):
+            read(tmp_path)

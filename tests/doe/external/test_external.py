@@ -16,7 +16,7 @@ import pytest
 from scipy.optimize import brentq
 
 from birdstrike.data.curves import Measured
-from birdstrike.data.errors import CaseError, RunFailed, UserError
+from birdstrike.data.errors import CaseError, MachineFailure, RunFailed, UserError
 from birdstrike.data.histories import Array
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
@@ -133,9 +133,11 @@ def test_a_killed_worker_takes_the_solver_with_it(tmp_path: Path) -> None:
     worker = subprocess.Popen([sys.executable, "-c", code], cwd=PROGRAM.parents[2], env=environment)
     until(lambda: any(tmp_path.glob("run-*/strike.pids")))
     (note,) = tmp_path.glob("run-*/strike.pids")
+    started = note.read_text().split()
     worker.send_signal(signal.SIGKILL)
     worker.wait()
-    until(lambda: all(gone(int(pid)) for pid in note.read_text().split()), 5.0)
+    until(lambda: all(gone(int(pid)) for pid in started), 5.0)
+    until(lambda: not note.parent.exists(), 5.0)
 
 
 def test_a_program_that_is_not_there_is_the_user_s_error_and_no_failed_run(tmp_path: Path) -> None:
@@ -280,3 +282,15 @@ def test_the_solver_s_version_stands_in_every_key(tmp_path: Path) -> None:
     first = external_solver(oscillator(tmp_path / "a"))
     second = external_solver(changed(tmp_path / "b", "oscillator 1", "oscillator 2"))
     assert (first.version, second.version) == ("external: oscillator 1", "external: oscillator 2")
+
+
+@pytest.mark.parametrize(("code", "failure"), [(150, RunFailed), (143, MachineFailure), (137, MachineFailure)])
+def test_only_signals_that_come_from_outside_are_the_machine_s(
+    tmp_path: Path, code: int, failure: type[RunFailed | MachineFailure]
+) -> None:
+    """150 is an exit code like any other; 143 and 137 are what a shell makes of SIGTERM and SIGKILL."""
+    program = tmp_path / "ends.py"
+    program.write_text(f"raise SystemExit({code})\n")
+    with pytest.raises(failure) as caught:
+        simulate_external(changed(tmp_path, str(PROGRAM), str(program)))
+    assert type(caught.value) is failure

@@ -12,7 +12,9 @@ import pytest
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
 from birdstrike.doe.external.external import simulate_external
+from birdstrike.doe.external.output import read_sensor
 from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.external import ColumnsReading, CsvReading
 from tests.doe.external_case import CASE
 
 END, STEP = 2.0, 0.02
@@ -100,3 +102,40 @@ def test_whole_numbers_with_an_exponent_are_numbers_of_a_column(tmp_path: Path) 
     rows = [(f"{20 * i}e-03", f"{round(force)}E+00") for i, force in enumerate(FORCES)]
     found = read(tmp_path, rows, "columns").channels["contact_force"]
     np.testing.assert_allclose(found, FORCES, atol=0.6)
+
+
+def written(folder: Path, text: str) -> Path:
+    (folder / "out.csv").write_text(text)
+    return folder
+
+
+CSV = CsvReading(format="csv", file="out.csv", column="f", unit="N", time_unit="ms")
+COLUMNS = ColumnsReading(format="columns", file="out.csv", unit="N", time_unit="ms")
+
+
+def test_a_comma_at_the_end_of_each_row_shifts_no_column(tmp_path: Path) -> None:
+    time, forces = read_sensor(written(tmp_path, "t,w,f\n0,1,5,\n1,2,6,\n"), CSV)
+    np.testing.assert_allclose(time, [0.0, 1e-3])
+    np.testing.assert_array_equal(forces, [5.0, 6.0])
+    with pytest.raises(RunFailed, match="more cells than its header"):
+        read_sensor(written(tmp_path, "t,w,f\n0,1,5,7\n1,2,6,8\n"), CSV)
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ("0,1 6,5", "line 3 has decimal commas"),
+        ("0.1 x", "line 3 begins with a number and holds x"),
+        ("1 0,5", "line 3 has decimal commas"),
+    ],
+)
+def test_a_row_that_is_no_row_of_numbers_is_named(tmp_path: Path, row: str, said: str) -> None:
+    with pytest.raises(RunFailed, match=said):
+        read_sensor(written(tmp_path, f"time force\n0 5\n{row}\n2 7\n"), COLUMNS)
+
+
+def test_titles_between_rows_commas_and_fortran_s_short_exponents_are_read(tmp_path: Path) -> None:
+    text = "1 st run\n0, 5\npage 2\n1.0-1,  6.0+1\n0.2,7\n"
+    time, forces = read_sensor(written(tmp_path, text), COLUMNS)
+    np.testing.assert_allclose(time, [0.0, 1e-4, 2e-4])
+    np.testing.assert_allclose(forces, [5.0, 60.0, 7.0])

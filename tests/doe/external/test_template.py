@@ -64,9 +64,11 @@ def test_what_cannot_be_filled_is_named_with_its_place(tmp_path: Path, text: str
 
 def test_a_card_s_field_holds_as_many_digits_as_fit() -> None:
     assert card(0.4) == "       0.4"
-    assert card(1.0 / 3.0) == "0.33333333"
-    assert card(-1.23456789e-7) == "-1.235e-07"
-    assert card(2.0 / 3.0, 5) == "0.667"
+    assert card(1.0 / 3.0) == ".333333333"
+    assert card(-1.23456789e-7) == "-1.2346e-7"
+    assert card(-1.23456789e-4, 8) == "-.000123"
+    assert card(1.25e11, 8) == " 1.25e11"
+    assert card(2.0 / 3.0, 5) == ".6667"
     with pytest.raises(UnitError, match="too narrow"):
         card(-1.5e-100, 5)
 

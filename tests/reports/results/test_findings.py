@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured, write_measured
+from birdstrike.data.run_warnings import merged, unlike
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.inversion.results.fit import TimeOrigin
 from birdstrike.reports.page.page import report
 from birdstrike.reports.results.findings import findings, key_figures, percent
 from birdstrike.reports.results.measurement import origin, record_position, residual
 from birdstrike.reports.results.reading import read_results
-from birdstrike.reports.results.results import Results, merged
+from birdstrike.reports.results.results import Results
 from tests.diagnoses import effect, state, written_diagnosis
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, finished_folder
 
@@ -234,3 +235,5 @@ def test_warnings_of_several_simulations_keep_the_order_of_each() -> None:
         "the plate tore: 3 shells (1 of 3 simulations)",
         "the shock viscosity is 83 .. 94 Pa s (3 of 3 simulations)",
     )
+    other = ("the shock viscosity is 90 Pa s (2 of 2 simulations)", "the record begins late")
+    assert unlike(other, merged(runs)) == other[1:]

@@ -286,3 +286,29 @@ def test_a_law_without_a_sound_speed_at_rest_is_refused_by_name() -> None:
     law = '{kind="linear_polynomial", C0="-1 MPa", C1="2 MPa", C4=4.0}'
     with pytest.raises(CaseError, match=r"bird.material.eos has no sound speed at rest"):
         bird_and_step(load_case("reference_strike", {"bird.material.eos": law}))
+
+
+VISCOSITY = "bird.material.viscosity"
+LACKING = (
+    f'inversion.parameters.{VISCOSITY} lacks quotes: a key with dots is written inversion.parameters."{VISCOSITY}"'
+)
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (f'[inversion.parameters.{VISCOSITY}]\nrange = ["1 Pa s", "9 Pa s"]', LACKING),
+        (f'[inversion.parameters]\n{VISCOSITY} = ["1 Pa s", "9 Pa s"]', LACKING),
+        (
+            f'[inversion.parameters."{VISCOSITY}"]\nrnge = ["1 Pa s", "9 Pa s"]',
+            "is not a key of a case; did you mean range?",
+        ),
+    ],
+)
+def test_a_sought_parameter_without_quotes_is_named(tmp_path: Path, lines: str, said: str) -> None:
+    path = tmp_path / "shot.toml"
+    path.write_text(f'extends = "reference_strike"\n{lines}\n')
+    with pytest.raises(CaseError) as caught:
+        load_case(path)
+    (line,) = caught.value.errors
+    assert line.endswith(said)

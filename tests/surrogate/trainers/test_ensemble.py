@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 import torch
 
+from birdstrike.data.errors import UserError
 from birdstrike.surrogate import hidden_size
 from birdstrike.surrogate.inverse_network import fit_network
 from birdstrike.surrogate.network import Shape, jacobian, nguyen_widrow
+from birdstrike.surrogate.scaling import BoundedScaling
 from birdstrike.surrogate.trainers import bayesian_regularisation, ensemble, levenberg_marquardt
 from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
 from birdstrike.surrogate.trainers.training import Samples
@@ -117,3 +119,23 @@ def test_shared_samples_are_not_changed() -> None:
     ensemble.train(SHAPE, ensemble.starts(SHAPE, 2, 0), samples, Settings(epochs=3))
     np.testing.assert_array_equal(before.x, samples.x)
     np.testing.assert_array_equal(before.t, samples.t)
+
+
+def test_errors_of_sizes_are_shares_of_the_ranges_whatever_the_outputs_scale() -> None:
+    """Outputs on a scale of their own, of which the search is told, err by the same share."""
+    samples = smooth_surface(24)
+    rules = Settings(goal=1e-5, epochs=60)
+    plain = hidden_size.search(samples.x, samples.t, (3,), settings=rules)[0]
+    doubled = hidden_size.search(samples.x, samples.t, (3,), settings=rules, share=lambda unit: 2.0 * unit)[0]
+    assert doubled.mean == pytest.approx(2.0 * plain.mean)
+    bounded = BoundedScaling(np.zeros(1), np.full(1, 3.0))
+    values = np.linspace(0.0, 3.0, 7)[:, None]
+    np.testing.assert_allclose(bounded.share(bounded.to_unit(values)), values / 3.0, atol=1e-12)
+
+
+def test_a_search_of_three_runs_leaves_no_fold_empty_and_one_of_two_is_refused() -> None:
+    samples = smooth_surface(3)
+    (found,) = hidden_size.search(samples.x, samples.t, (2,), settings=Settings(epochs=5))
+    assert np.isfinite([found.mean, found.spread]).all()
+    with pytest.raises(UserError, match="give a number of neurons, or extend the campaign"):
+        hidden_size.search(samples.x[:2], samples.t[:2], (2,))
