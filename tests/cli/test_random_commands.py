@@ -8,8 +8,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import click
 import pytest
 import tomli_w
+import typer
 from hypothesis import event, given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
@@ -48,7 +50,7 @@ NAMES = [
 ]
 CHEAP = ("new", "check", "simulate", "import", "export", "report")
 OPTIONS = {
-    "new": ["--extends", "--force"],
+    "new": ["--json"],
     "check": ["--set"],
     "simulate": ["--set", "--noise", "--threads", "--fields", "--out"],
     "import": [
@@ -67,14 +69,37 @@ OPTIONS = {
         "--table",
         "--picture",
         "--zero",
+        "--beside",
     ],
-    "export": ["--to", "--out", "--units", "--method", "--case"],
-    "report": ["--out", "--with-standard-models"],
+    "export": ["--to", "--out", "--units", "--method", "--case", "--deck", "--model", "--set"],
+    "report": ["--out", "--doe", "--diagnosis", "--no-models"],
     "converge": ["--set", "--ratio", "--meshes", "--place"],
     "run-doe": ["--design", "--runs", "--seed", "--set", "--scheduler"],
-    "train-and-invert": ["--measured", "--case", "--trainer", "--method", "--refine", "--filter", "--hidden"],
+    "train-and-invert": [
+        "--measured",
+        "--case",
+        "--trainer",
+        "--method",
+        "--refine",
+        "--filter",
+        "--hidden",
+        "--copies",
+        "--discrepancy",
+        "--mesh",
+        "--mesh-correction",
+    ],
     "compare-methods": ["--case", "--truths"],
-    "diagnose": ["--measured", "--doe", "--heldout", "--alpha", "--set", "--channels"],
+    "diagnose": [
+        "--measured",
+        "--doe",
+        "--heldout",
+        "--alpha",
+        "--set",
+        "--channels",
+        "--baseline",
+        "--baseline-bird",
+        "--refine",
+    ],
     "audit": ["--experiments", "--draws", "--channels"],
     "close-the-loop": ["--measured", "--design", "--runs", "--seed", "--trainer"],
     "verify": ["--only", "--list"],
@@ -89,7 +114,7 @@ SETTINGS = [
     "bird.particles=1e9",
     "plate=[[[[",
 ]
-WITHOUT_VALUE = ("--force", "--fields", "--simulated", "--zero", "--with-standard-models", "--list")
+WITHOUT_VALUE = ("--fields", "--simulated", "--zero", "--no-models", "--mesh-correction", "--deck", "--list", "--json")
 VALUES = st.one_of(
     st.sampled_from([*NAMES, *(word for word in WORDS if not {"\x00", "/"} & set(word))]),
     st.sampled_from(SETTINGS),
@@ -98,6 +123,21 @@ VALUES = st.one_of(
 )
 HARMLESS = {"verify": ["--only", "no_such_problem"], "audit": ["--experiments", "nowhere"]}
 """What a command that takes long even without a case begins with, so that it ends at once."""
+
+GROUP: click.Group = typer.main.get_command(app)  # pyright: ignore[reportAssignmentType] (typer's own group is click's)
+KNOWN = {
+    name: {word: option for option in command.params for word in (*option.opts, *option.secondary_opts)}
+    for name, command in GROUP.commands.items()
+}
+"""Command -> its options, as the application has them."""
+
+
+@pytest.mark.parametrize("command", OPTIONS)
+def test_the_options_that_are_drawn_exist(command: str) -> None:
+    """Any other ends every line that has it as a usage error, and nothing behind it is tested."""
+    for word in OPTIONS[command]:
+        assert word in KNOWN[command], f"birdstrike {command} {word}"
+        assert getattr(KNOWN[command][word], "is_flag", False) is (word in WITHOUT_VALUE)
 
 
 @st.composite
@@ -110,7 +150,7 @@ def lines(draw: st.DrawFn) -> list[str]:
     words += draw(st.lists(st.sampled_from(NAMES), min_size=1, max_size=2)) if command in CHEAP else ["nowhere"]
     for option in draw(st.lists(st.sampled_from(OPTIONS[command]), max_size=4)):
         words += [option] if option in WITHOUT_VALUE else [option, draw(VALUES)]
-    if draw(st.booleans()):
+    if "--out" in KNOWN[command] and draw(st.booleans()):
         words += ["--out", draw(st.sampled_from(["made", "made/deeper", "record.csv", "campaign", "/dev/null/x"]))]
     return [*words, "--json"] if draw(st.booleans()) else words
 

@@ -9,6 +9,7 @@ from birdstrike.reports.verification.columns import SEED
 from birdstrike.reports.verification.problems.target import sliding_layer
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
+from birdstrike.solver.kernels.contact.friction import slip_on_facet, tangents
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import plate_mesh, shell_mesh
 from birdstrike.solver.target.rectangle import plate_of
@@ -41,6 +42,26 @@ def sliding_saddle(plate: Target) -> tuple[Bird, Contact]:
     contact = Contact(bird, plate, 0.3)
     contact.update_forces(bird, plate)
     return bird, contact
+
+
+@pytest.mark.parametrize("turn", [[300.0, 0.0, 0.0], [0.0, 300.0, 0.0], [0.0, 0.0, 300.0], [120.0, -250.0, 90.0]])
+@pytest.mark.parametrize("tilt", [0.0, 0.7, 1.4])
+def test_a_particle_that_turns_with_a_rigid_plate_does_not_slip(turn: list[float], tilt: float) -> None:
+    """Plate and particle at its height above the mid-surface as one body, in both tangents, however it lies."""
+    height, normal = 4e-3, np.array([0.0, -np.sin(tilt), np.cos(tilt)])
+    along = np.array([[1.0, 0.0, 0.0], np.cross(normal, [1.0, 0.0, 0.0])])
+    nodes = 0.01 * np.array([[-1.0, -1.2], [1.1, -0.9], [1.0, 1.0], [-0.8, 1.1]]) @ along + [0.05, -0.02, 0.03]
+    at = np.array([0.3, -0.4])  # the foot's natural coordinates
+    shape = 0.25 * (1.0 + at[0] * np.array([-1, 1, 1, -1])) * (1.0 + at[1] * np.array([-1, -1, 1, 1]))
+    particle = shape @ nodes + height * normal
+    base, corner, slip = np.zeros((2, 3)), np.zeros((4, 2)), np.zeros(2)
+    foot = np.array([*at, height, *normal])
+    tangents(foot, base)
+    state = (np.cross(turn, particle), nodes, np.cross(turn, nodes), np.arange(4), foot, base, corner, slip)
+    assert slip_on_facet(*state)[0] > 0.0
+    assert np.abs(slip).max() < 1e-12 * 300.0
+    assert slip_on_facet(state[0] + 7.0 * base[0] - 3.0 * base[1], *state[1:])[0] > 0.0
+    assert slip == pytest.approx([7.0, -3.0])
 
 
 both_shells = pytest.mark.parametrize("triangles", [False, True])

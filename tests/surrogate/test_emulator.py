@@ -73,6 +73,18 @@ def test_mean_is_that_of_the_checked_prediction() -> None:
     np.testing.assert_allclose(process.mean(places), process.predict(places)[0], rtol=1e-10, atol=1e-12)
 
 
+def test_a_process_of_ten_times_larger_values_states_a_hundred_times_the_variance() -> None:
+    """Of a run's scatter, and of what is not known far from all runs, by the same hyperparameters."""
+    rng = np.random.default_rng(0)
+    u = rng.random((15, 2))
+    y, kernel = 0.3 * np.sin(4.0 * u[:, 0]) + u[:, 1], kernel_of(2, np.log([1.0, 0.5, 0.5, 1e-2]))
+    small, large = (GaussianProcess.with_kernel(u, factor * y, kernel) for factor in (1.0, 10.0))
+    places = np.array([[0.5, 0.5], [1.5, 0.5], [9.0, 9.0]])
+    assert large.nugget == pytest.approx(100.0 * small.nugget)
+    assert large.distance_variance(places) == pytest.approx(100.0 * small.distance_variance(places))
+    assert small.distance_variance(places)[2] == pytest.approx(np.mean(y**2))  # far away, the prior's
+
+
 def test_error_covers_what_the_components_do_not_predict() -> None:
     """A component of pure noise stays at its mean and is carried as error, instants moving together."""
     rng, time = np.random.default_rng(0), np.linspace(0.0, 1.0, 50, endpoint=False)

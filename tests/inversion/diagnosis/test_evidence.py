@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.special import logsumexp, softmax
 from scipy.stats import binom, multivariate_normal
+from sklearn.gaussian_process.kernels import Matern
 
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.alarm import alarm
@@ -24,6 +25,7 @@ from birdstrike.inversion.diagnosis.discrepancy import (
     alike,
     beside_baselines,
     matern52,
+    shape_of,
     started,
     unknown_or_stated,
 )
@@ -541,6 +543,15 @@ def test_discrepancy_starts_at_contact() -> None:
     assert np.linalg.eigvalsh(K).min() > -1e-9
 
 
+@pytest.mark.parametrize("length", [0.08, 0.2])
+def test_a_process_gives_back_its_correlation_time(length: float) -> None:
+    """300 draws of a Matern 5/2 process over a second; its length is known from their slopes to a tenth."""
+    time: np.ndarray = np.linspace(0.0, 1.0, 401)
+    covariance = Matern(length, nu=2.5)(time[:, None])
+    draws = np.random.default_rng(0).multivariate_normal(np.zeros(401), covariance, 300, method="eigh")
+    assert shape_of(draws, np.sin(np.pi * time), time).length == pytest.approx(length, rel=0.1)
+
+
 def test_shots_with_the_same_identified_parameters_share_their_discrepancy() -> None:
     weight = np.array([0.0, 3.0])
     assert alike(np.array([0.0, 0.3]), np.array([1.0, 0.3]), weight) == pytest.approx(1.0)
@@ -865,6 +876,21 @@ def test_lead_over_other_effects_counts_models_that_hang_on_simulations(label: s
     standings: Any = {name: SimpleNamespace(score=score) for name, score in scores.items()}
     problem: Any = None
     assert Ranking(problem, models, standings).ahead(label) == ahead
+
+
+def test_an_effect_is_there_alone_or_in_any_pair() -> None:
+    """Four models that explain the record alike have their priors' shares: 0.25 alone and 0.2 in a pair are 0.45."""
+    priors = {NONE: 0.45, "speed": 0.25, "gain": 0.1, "speed+gain": 0.2}
+    models: Any = {
+        name: SimpleNamespace(prior=prior, members=[Stub(one) for one in name.split("+") if one != NONE])
+        for name, prior in priors.items()
+    }
+    standings: Any = {
+        name: SimpleNamespace(evidence=SimpleNamespace(log_evidence=3.0, hypothesis=model))
+        for name, model in models.items()
+    }
+    nothing: Any = None
+    assert Ranking(nothing, models, standings).presence == pytest.approx({NONE: 0.45, "speed": 0.45, "gain": 0.3})
 
 
 @pytest.mark.parametrize(("gained", "same"), [(0.0, 2.0 / 1002.0), (400.0, 2.0 / (2.0 + 1000.0**0.2))])

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import binom
+from scipy.stats import binom, multivariate_normal
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
@@ -107,6 +107,50 @@ def test_intervals_cover_the_truth(dataset: Dataset, emulator: Emulator, sigma: 
     assert (hits >= binom.ppf(0.001, 50, 0.95)).all(), f"{hits} of 50 intervals hold the truth"
     widths = np.mean([intervals(m)[:, 1] - intervals(m)[:, 0] for m, _ in found], axis=0)
     assert (widths[:3] < 0.3).all()  # they cover because they are right, not because they are wide
+
+
+def test_costs_of_fits_with_different_errors_differ_by_their_posterior_densities(
+    dataset: Dataset, emulator: Emulator
+) -> None:
+    """Minus twice the log density less one number for all: of two places, with and without an error known besides."""
+    left = []
+    for share in (0.2, 0.8):
+        for size in (0.0, 2e-4):
+            problem = calibrator(dataset, emulator, record(truth(share)), 5e-6, sigma=0.1e-3)
+            problem = problem.with_known(size * np.linspace(0.1, 1.0, len(TIMES))[:, None])
+            best = problem.fit()[0]
+            mode = problem.held(best, problem.whitening(best), 0, float(best.z[0]))
+            factor = problem.model.error_factor(best.theta, best.t0)
+            covariance = np.diag(problem.model.noise_at(best.t0) ** 2) + factor @ factor.T
+            curve = problem.model.curve(mode.theta, mode.t0)
+            density = multivariate_normal.logpdf(problem.model.observations.values, curve, covariance)  # pyright: ignore[reportArgumentType]
+            prior = problem.coordinates.prior.deviations(mode.z) ** 2
+            left.append(mode.cost + 2.0 * density - prior.sum() - problem.tau(mode) ** 2)
+    assert left == pytest.approx(np.full(4, left[0]), abs=1e-4)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.1e-3], ids=["known clock", "unknown clock"])
+def test_information_is_what_an_unknown_clock_leaves_of_the_parameters(
+    dataset: Dataset, emulator: Emulator, sigma: float
+) -> None:
+    """Inverse of the parameters' block of the inverse of the joint information, by slopes and covariance in full."""
+    problem = calibrator(dataset, emulator, record(truth(0.4), noise=5e-5), 5e-5, sigma)
+    mode, model, step = problem.fit()[0], problem.model, 1e-3
+
+    def curve(at: np.ndarray) -> np.ndarray:
+        theta = problem.coordinates.theta(at[:-1], mode.box)
+        return model.curve(theta, at[-1] * sigma)
+
+    place = np.append(mode.z, problem.tau(mode))
+    slopes = np.array([curve(place + step * one) - curve(place - step * one) for one in np.eye(5)]) / (2.0 * step)
+    factor = model.error_factor(mode.theta, mode.t0)
+    covariance = np.diag(model.noise_at(mode.t0) ** 2) + factor @ factor.T
+    joint = slopes @ np.linalg.solve(covariance, slopes.T) + np.diag([0.0, 0.0, 0.0, 0.0, 1.0])
+    expected = np.linalg.inv(np.linalg.inv(joint)[:4, :4])
+    found = problem.information(mode)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=2e-3 * np.abs(expected).max())
+    lost = (joint[:4, :4] - expected).max() / np.abs(expected).max()
+    assert (lost > 0.05) == (sigma > 0.0)  # else nothing is tested
 
 
 def test_same_seed_same_answer(dataset: Dataset, emulator: Emulator) -> None:

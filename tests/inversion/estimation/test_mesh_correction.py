@@ -18,6 +18,7 @@ from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.mesh_correction import (
     CorrectedCampaign,
+    MeshCorrection,
     correct_campaign,
     fine_mesh,
     shells_of_a_file,
@@ -78,6 +79,27 @@ def test_new_point_is_corrected_within_the_stated_error(corrected: CorrectedCamp
         factor = np.vstack([corrected.correction.factor(row), corrected.correction.extrapolation(row)])
         stated = np.sqrt((factor**2).sum(axis=0))
         assert np.sqrt((missed**2).mean()) < 3.0 * np.sqrt((stated**2).mean())
+
+
+def test_where_no_process_predicts_a_run_is_missed_by_its_distance_from_the_mean_of_the_others() -> None:
+    rng = np.random.default_rng(0)
+    differences = rng.normal(size=(10, 60))
+    found = MeshCorrection.fit(rng.random((10, 4)), differences, 1)
+    assert not found.processes
+    expected = [differences[i] - np.delete(differences, i, axis=0).mean(axis=0) for i in range(10)]
+    np.testing.assert_allclose(found.errors, expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found.rest, expected, rtol=1e-9, atol=1e-12)
+
+
+def test_along_a_predicted_component_a_run_is_missed_by_what_its_process_misses() -> None:
+    """And by its distance from the others' mean across it."""
+    rng = np.random.default_rng(0)
+    z = rng.random((10, 1))
+    found = MeshCorrection.fit(z, np.outer(np.sin(3.0 * z), np.ones(60)) + 0.02 * rng.normal(size=(10, 60)), 1)
+    (process,), (along,) = found.processes, found.directions
+    np.testing.assert_allclose(found.errors @ along / (along @ along), process.errors, rtol=1e-9, atol=1e-12)
+    across = np.eye(60) - np.outer(along, along) / (along @ along)
+    np.testing.assert_allclose(found.errors @ across, found.rest, rtol=1e-9, atol=1e-12)
 
 
 def scattered(theta: Mapping[str, float]) -> Histories:

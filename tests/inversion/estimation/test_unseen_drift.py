@@ -16,6 +16,7 @@ from birdstrike.inversion.estimation.estimates import intervals
 from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.unseen_drift import by_chance, drift_columns, with_drift
 from birdstrike.inversion.invert import invert
+from birdstrike.inversion.observations.reader import OUTSIDE
 from birdstrike.surrogate.emulator import Emulator
 from tests.inversion.estimation.test_calibration import calibrator
 from tests.inversion.stand_in import CHANNEL, forward, record, truth
@@ -82,6 +83,22 @@ def test_a_channel_of_one_or_two_points_has_no_drift(
     found = drift_columns(replace(channel, times=channel.times[:points], values=channel.values[:points]))
     assert found.shape == (points, columns)
     assert np.all(np.isfinite(found))
+
+
+@pytest.mark.parametrize("level", [1e-6, 1e-4, 1e-2])
+def test_the_columns_of_a_drift_have_the_covariance_of_a_line_through_the_readings_before(level: float) -> None:
+    """Offset and drift of 5 % of the peak, conditioned on four readings with noise `level` as any Gaussian is."""
+    early, times = np.array([0.1e-3, 0.15e-3, 0.2e-3, 0.35e-3]), np.linspace(0.4e-3, 2.4e-3, 9)
+    noise = SimpleNamespace(level=level)
+    cut = (SimpleNamespace(times=early, reason=OUTSIDE),)
+    own = SimpleNamespace(zeroed=False, baseline=None, cuts=cut, noise=noise)
+    channel: Any = SimpleNamespace(times=times, peak=6e-3, record=own)
+    found = drift_columns(channel)
+    elapsed = (np.concatenate([early, times]) - 0.4e-3) / 2.0e-3
+    joint = (0.05 * 6e-3) ** 2 * (1.0 + np.outer(elapsed, elapsed))
+    seen, across = joint[:4, :4] + level**2 * np.eye(4), joint[4:, :4]
+    expected = joint[4:, 4:] - across @ np.linalg.solve(seen, across.T)
+    np.testing.assert_allclose(found @ found.T, expected, rtol=1e-6, atol=1e-6 * expected.max())
 
 
 @pytest.mark.parametrize(("gain", "kept"), [(14.0, False), (18.4, False), (18.6, True)])

@@ -11,6 +11,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.observations import outliers as module
 from birdstrike.inversion.observations.filters import filtered_dataset, filtered_record, zero_phase
+from birdstrike.inversion.observations.noise import Noise, with_digitiser
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.inversion.observations.outliers import _stretches, clipped, dropouts, jumps, outliers, saturated
 from tests.inversion.stand_in import CHANNEL, TIME, record, truth
@@ -106,6 +107,23 @@ def test_rounding_that_exceeds_the_noise_takes_its_place(dataset: Dataset) -> No
     assert found.channels[0].noise[0] == pytest.approx(5e-4 / np.sqrt(12.0), rel=0.02)
     assert found.channels[0].noise_source == "digitiser's step"
     assert any("multiples of 0.5 mm" in text for text in found.warnings)
+
+
+def test_rounding_is_taken_to_last_somewhat_longer_than_it_does() -> None:
+    """Of 40 slow motions of some steps: until its correlation is 1/e; a third of a step's time is on the safe side."""
+    rng, time, ratios = np.random.default_rng(0), STEP * np.arange(6000), []
+    for _ in range(40):
+        waves = np.sin(2.0 * np.pi * rng.uniform(16.0, 100.0, (4, 1)) * time + rng.uniform(0.0, 6.0, (4, 1))).sum(
+            axis=0
+        )
+        read = 1e-3 * np.round(3.0 * waves)
+        error = read - 3e-3 * waves
+        correlation = np.correlate(error, error, "full")[len(time) - 1 :]
+        lasts = STEP * int(np.argmax(correlation < correlation[0] / np.e))
+        noise, _ = with_digitiser("w", "m", Noise(np.full(len(time), 1e-6), 0.0, "case"), time, read)
+        ratios.append(noise.correlation_time / lasts)
+    assert min(ratios) > 1.0
+    assert np.median(ratios) < 4.0
 
 
 @pytest.mark.parametrize("name", ["CFC600", "CFC1000"])

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.stats import truncnorm
+from sklearn.gaussian_process.kernels import Matern
 
 from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
@@ -22,7 +23,7 @@ from birdstrike.inversion.prediction.carry_over import (
     refuse_other_sensors,
     same_sensor,
 )
-from birdstrike.inversion.prediction.discrepancy import realisations
+from birdstrike.inversion.prediction.discrepancy import Records, _conditioned, realisations
 from birdstrike.inversion.prediction.distance import distance
 from birdstrike.inversion.prediction.from_inversion import rough_draws
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
@@ -229,6 +230,54 @@ def test_what_a_finer_mesh_would_add_is_in_the_record_of_the_same_rig_and_in_non
     elsewhere = parts_at(known, tiny().overlaid({"plate": {"width": "400 mm"}}), size)[2][:, 45].std()
     assert here < 0.2 * abs(size[45])
     assert elsewhere == pytest.approx(abs(size[45]), rel=0.1)
+
+
+def test_what_the_records_leave_of_the_error_is_a_standard_deviation_that_growth_multiplies() -> None:
+    known, case = learnt(("none", 1.0)), tiny().overlaid({"impact": {"speed": "100 m/s"}})
+    where = distance(known, case)
+    assert 0.5 < where.correlation < 1.0
+    records = Records.of([(0, known.shots[0].errors["displacement_centre"])])
+    one, twice = (
+        _conditioned(0.02, 0.005, records, None, TIME, np.zeros(len(TIME)), replace(where, growth=growth))[1]
+        for growth in (1.0, 2.0)
+    )
+    assert np.sqrt(np.diag(twice)) == pytest.approx(2.0 * np.sqrt(np.diag(one)))
+
+
+def test_model_error_and_mesh_error_of_a_new_shot_are_one_gaussian_given_the_record() -> None:
+    """Against the joint covariance of record and new curve in full, the mesh's error one unknown that both share."""
+    known, case = learnt(("none", 1.0)), tiny().overlaid({"impact": {"speed": "100 m/s"}})
+    where = replace(distance(known, case), growth=1.0)
+    finer, there = 0.03 * np.sin(3e3 * TIME), 0.02 * np.sin(2e3 * TIME)
+    error = replace(known.shots[0].errors["displacement_centre"], finer=5e-3 * there, sigma=np.full(len(TIME), 1e-5))
+    a, b, t = 0.02, 0.005, TIME[1:]  # at contact the process is 0
+    records = Records.of([(0, error)])
+    gain, covariance, mesh = _conditioned(a, b, records, error, t, finer[1:], where)
+    instants = np.concatenate([[0.0], TIME, t])
+    process: np.ndarray = np.asarray(Matern(error.length, nu=2.5)(instants[:, None]))
+    process = process[1:, 1:] - np.outer(process[1:, 0], process[1:, 0])  # given that it is 0 at contact
+    new = np.arange(len(process)) >= len(TIME)
+    alike = np.where(new[:, None] == new, a**2 + b**2, where.correlation * a**2)
+    shared = np.concatenate([there, finer[1:]])
+    joint = alike * process + np.outer(shared, shared) + np.diag(np.where(new, 0.0, (1e-5 / 5e-3) ** 2 + 1e-10))
+    expected = np.linalg.solve(joint[np.ix_(~new, ~new)], joint[np.ix_(~new, new)]).T
+    np.testing.assert_allclose(gain @ LEFT, expected @ LEFT, rtol=0.0, atol=1e-4 * np.abs(LEFT).max())
+    rest = joint[np.ix_(new, new)] - expected @ joint[np.ix_(~new, new)]
+    np.testing.assert_allclose(covariance + np.outer(mesh, mesh), rest, rtol=0.0, atol=1e-6 * rest.max())
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"impact": {"speed": "240 m/s"}}, {"bird": {"density": "234.5 kg/m^3"}}, {"plate": {"thickness": "12 mm"}}],
+    ids=["speed", "mass", "thickness"],
+)
+def test_three_times_the_speed_a_quarter_of_the_mass_or_twice_the_thickness_is_one_length(
+    changes: dict[str, dict[str, str]],
+) -> None:
+    """Matern 5/2 at one length is 0.5240, and the error is twice as large; the mass is the same at every speed."""
+    where = distance(learnt(("none", 1.0)), tiny().overlaid(changes))
+    assert where.correlation == pytest.approx(0.5240, abs=1e-4)
+    assert where.growth == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("fails", [False, True])

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from birdstrike.reports.verification.columns import SEED, SMOOTHING, advance, block, periodic_bird
+from birdstrike.solver.bird.eos.grueneisen import grueneisen
+from birdstrike.solver.bird.materials.fluid import Fluid
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.kernels.bird.sph import shock_share
 
@@ -134,6 +136,31 @@ def test_shock_share_tells_compression_from_shear_and_stagnation():
     assert shock_share(np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])) == 0.0
     assert shock_share(np.array([0.0, 0.0, 0.0, 3.0, 0.0, 0.0])) == 0.0
     assert shock_share(np.array([-2.0, 1.0, 0.999, 0.0, 0.0, 0.0])) < 1e-4
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_shock_share_of_a_compression_that_is_sheared_as_well(axis):
+    """5/3 div^2/(div^2 + D':D'): beside -1 along an axis, D':D' = 2/3 + 2 s^2 makes it 1/2 at s^2 = 5/6."""
+    rate = np.zeros(6)
+    rate[axis], rate[3 + axis] = -1.0, np.sqrt(5.0 / 6.0)
+    assert shock_share(rate) == pytest.approx(0.5, rel=1e-12)
+
+
+def test_sheared_bird_is_warmed_by_its_viscosity_and_its_pressure_rises_by_grueneisens_gamma():
+    """Simple shear at constant volume: energy MU rate^2 dt, pressure gamma times it; inside a ball within 2 %."""
+    viscosity, rate, dt, gamma = 641.0, 2000.0, 1e-8, 1.5
+    shear = np.zeros((3, 3))
+    shear[0, 1] = rate
+    spacing, material = 5e-3, Fluid(grueneisen(938.0, 1670.0, 2.48, g0=gamma), -1e6, viscosity)
+    x = ball(shear).x
+    bird = Bird(x, x @ shear.T, 938.0 * spacing**3, SMOOTHING * spacing, material, (1.0, 2.0))
+    for step in (0.0, dt):
+        bird.update_density(step)
+        bird.update_forces(step)
+    inside = np.linalg.norm(x, axis=1) < spacing
+    heat = viscosity * rate**2 * dt
+    assert bird.energy[inside] == pytest.approx(np.full(inside.sum(), heat), rel=0.02)
+    assert bird.p[inside] == pytest.approx(gamma * bird.energy[inside], rel=2e-3)
 
 
 def test_linear_shear_raises_no_shock_viscosity():
