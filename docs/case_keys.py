@@ -195,7 +195,7 @@ STRIKE = {
     "impact.friction": "Coulomb coefficient between bird and plate.",
     "time.end": "End of the run.",
     "time.output_interval": "Between two outputs of the sensors.",
-    "time.snapshots": "Instants at which the fields are kept.",
+    "time.snapshots": "Instants at which the fields are kept, for the report's animation and for `simulate --fields`.",
 }
 SENSORS = {
     "sensors.<name>.kind": "What it reads; displacement and forces are positive in the push.",

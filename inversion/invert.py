@@ -34,6 +34,7 @@ from birdstrike.inversion.observations.prior_predictive import (
 )
 from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord
 from birdstrike.inversion.results.estimates import Answer
+from birdstrike.inversion.results.fit import PriorPredictive
 from birdstrike.inversion.results.ingredients import EmulatorFigures, MeasuredFigures, RestFigures, TrainingFigures
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError
@@ -111,10 +112,7 @@ def invert(
     verified = verify_all(dataset, proposals, forward, lambda f: report(0.3 + 0.7 * f))
     tested = verified if "emulator" in verified else {**verified, **_run_at_the_fit(located, forward)}
     predictive = emulator_or_model(located.prior_predictive, _solver_error(located, tested), _q2(located.emulator))
-    of_curve = list(located.warnings)
     if predictive.coarse:
-        coarse = prior_predictive_warning(predictive, located.observations, choice.more_runs)
-        of_curve[: 0 if located.prior_predictive.inside else 1] = [coarse]
         proposals = {method: too_coarse(proposal, dataset) for method, proposal in proposals.items()}
         posterior = None
     answers = {method: answered(located, proposals[method], verified[method]) for method in methods}
@@ -126,7 +124,14 @@ def invert(
         design=located.calibration.design,
         runs_used=len(dataset.runs),
         time_offset=located.origin,
-        warnings=(*failed, *of_curve, *of_network, *located.remarks, *_of_runs(verified)),
+        warnings=(
+            *failed,
+            *_of_fit(located, predictive, choice),
+            *located.warnings,
+            *of_network,
+            *located.remarks,
+            *_of_runs(verified),
+        ),
         training=training,
         emulator=emulator_figures(located.emulator, dataset),
         prior_predictive=predictive,
@@ -193,6 +198,14 @@ def verify_all(
     if all(v.histories is None for v in verified.values()):
         raise RunFailed("no verification run finished: " + "; ".join(f"{m}: {v.failure}" for m, v in verified.items()))
     return verified
+
+
+def _of_fit(located: Located, predictive: PriorPredictive, choice: InversionOptions) -> tuple[str, ...]:
+    """Why the model cannot produce the record, its likely cause first; an emulator too coarse to tell comes before."""
+    if predictive.inside:
+        return located.doubts
+    outside = prior_predictive_warning(predictive, located.observations, choice.more_runs)
+    return (outside, *located.doubts) if predictive.coarse else (*located.doubts, outside)
 
 
 def _of_runs(verified: Mapping[str, VerificationRun]) -> tuple[str, ...]:

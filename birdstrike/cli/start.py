@@ -159,7 +159,7 @@ def _announce(begun: Begun, workers: int | None, say: Callable[[str], None]) -> 
 def cost_lines(begun: Begun, workers: int | None) -> Iterator[str]:
     """How many simulations, seconds of each, minutes in all."""
     from birdstrike.data.formatting import many
-    from birdstrike.questions.cost import minutes, parts
+    from birdstrike.questions.cost import at_the_fits, minutes, parts
 
     cores = workers or os.cpu_count() or 1
     found = parts(begun.case, begun.shot.runs, begun.shot.diagnosis)
@@ -167,6 +167,9 @@ def cost_lines(begun: Begun, workers: int | None) -> Iterator[str]:
     yield from (f"  {part.runs:4d} x {part.each:6.1f} s  {part.what}" for part in found)
     idle = many(cores, "idle core")
     yield f"  {_sum(found)}, about {minutes(found, cores):.0f} min on {idle} with everything else."
+    if begun.shot.diagnosis:
+        least, most, each = at_the_fits(begun.case)
+        yield f"  Where an effect is likely, the diagnosis adds {least} to {most} x {each:.1f} s at its fits."
 
 
 def _sum(found: tuple[Part, ...]) -> str:

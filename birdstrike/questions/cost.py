@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from birdstrike.inversion.diagnosis.pipeline import UPDATES
 from birdstrike.inversion.diagnosis.plan import make_plan
+from birdstrike.inversion.diagnosis.solver_update import MOST, REPLICATES
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.estimate import estimate
 
@@ -48,6 +50,12 @@ def parts(case: Case, runs: int, diagnosis: bool) -> tuple[Part, ...]:
             Part("diagnosis: before and after", FITS, own),
         ]
     return tuple(found)
+
+
+def at_the_fits(case: Case) -> tuple[int, int, float]:
+    """Least and most simulations that a diagnosis adds at its fits where an effect is likely, and seconds of each."""
+    pairs = 2 * REPLICATES
+    return pairs, UPDATES * MOST * pairs, max(_seconds(one.base) for one in make_plan(case).blocks)
 
 
 def minutes(found: Iterable[Part], workers: int) -> float:

@@ -125,7 +125,7 @@ def diagnose(
 def refuse_alpha(alpha: float) -> None:
     """Raise UserError for a rate of false alarms that is none."""
     if not 0.0 < alpha < 0.5:
-        raise UserError(f"--alpha = {alpha} is outside 0 .. 0.5; 0.05 is usual")
+        raise UserError(f"--alpha = {alpha} is not above 0 and below 0.5; 0.05 is usual")
 
 
 def described(shots: Sequence[NamedRecord], others: Sequence[Measured] = ()) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from birdstrike.inversion.estimation.unseen_drift import with_drift
 from birdstrike.inversion.estimation.whitening import widened
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.observations.plausibility import implausible
-from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive, prior_predictive_warning
+from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive
 from birdstrike.inversion.observations.reader import stated_noise
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.ingredients import DesignFigures
@@ -93,7 +93,8 @@ class InversionOptions:
 class Located:
     """The measurement laid over the campaign: time origin, prior predictive check and residual.
 
-    warnings: about the answer, the gravest first; remarks: what was left out or assumed of record and campaign.
+    doubts: about the record's sign, unit and clock; warnings: about the answer, the gravest first, less what the prior
+    predictive check says; remarks: what was left out or assumed of record and campaign.
     """
 
     calibration: Calibration
@@ -101,6 +102,7 @@ class Located:
     origin: TimeOrigin
     prior_predictive: PriorPredictive
     residual: ResidualCorrelation
+    doubts: tuple[str, ...]
     warnings: tuple[str, ...]
     remarks: tuple[str, ...]
 
@@ -146,10 +148,8 @@ def locate(
         posterior = sample(enlarged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
     progress(1.0)
     warnings = (
-        *(() if predictive.inside else [prior_predictive_warning(predictive, observations, choice.more_runs)]),
         *([f"{design.sentence}: no separate values are given"] if design.deficient else ()),
         *(posterior.warnings if posterior else ()),
-        *implausible(dataset, observations, choice.time_offset),
         *(residual.warnings if predictive.inside else ()),
         *drifts,
         *_of_priors(coordinates, choice, dataset, modes[0]),
@@ -160,6 +160,7 @@ def locate(
         origin=origin,
         prior_predictive=predictive,
         residual=residual,
+        doubts=implausible(dataset, observations, choice.time_offset),
         warnings=warnings,
         remarks=(*observations.warnings, *origin_remarks, *emulator_warnings(emulator, dataset)),
     )

@@ -195,6 +195,13 @@ def test_the_cost_on_one_core_is_said_in_the_singular(export: Path) -> None:
     assert "min on 2 idle cores with everything else." in [*cost_lines(begun, 2)][-1]
 
 
+def test_what_a_diagnosis_may_add_at_its_fits_is_said_beforehand(export: Path) -> None:
+    path = answered(export)
+    path.write_text(path.read_text().replace("diagnosis = false", "diagnosis = true"))
+    begun = begin(Answers(read_answers(path)), None, print)
+    assert "the diagnosis adds 16 to 192 x" in [*cost_lines(begun, 1)][-1]
+
+
 def test_a_column_of_noise_is_no_sensor(export: Path) -> None:
     head, *rows = export.read_text().splitlines()
     export.write_text("\n".join([f"{head};Disp Z_sigma (mm)", *(f"{row};0,02" for row in rows)]) + "\n")

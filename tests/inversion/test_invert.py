@@ -234,6 +234,15 @@ def test_failed_verification_is_reported_and_the_other_method_goes_on(
     assert any("verification run of the network failed" in warning for warning in found.warnings)
 
 
+def test_warnings_of_the_simulations_are_those_of_the_answer(dataset: Dataset, emulator: Emulator) -> None:
+    def warned(values: Mapping[str, float]) -> Histories:
+        found = forward(values)
+        return replace(found, summary={**found.summary, "warnings": ["the plate tore: 3 shells"]})
+
+    told = invert(dataset, record(truth(SHARE)), warned, OPTIONS, emulator=emulator).inversion.warnings
+    assert told[-1] == "the plate tore: 3 shells (2 of 2 simulations)"
+
+
 def test_no_verification_at_all_is_a_failed_run(dataset: Dataset, emulator: Emulator) -> None:
     def broken(_: Mapping[str, float]) -> Histories:
         raise RunFailed("unstable")

@@ -162,7 +162,7 @@ def test_a_rate_of_false_alarms_that_is_none_is_refused_before_a_truth_is_simula
     for alpha in ("2", "0", "nan"):
         found = CliRunner().invoke(app, ["audit", "--make", "1", "--alpha", alpha, "--out", str(tmp_path / "out")])
         assert found.exit_code == 1
-        assert f"--alpha = {float(alpha)} is outside 0 .. 0.5" in found.output
+        assert f"--alpha = {float(alpha)} is not above 0 and below 0.5" in found.output
     assert not (tmp_path / "out" / "truths").exists()
 
 

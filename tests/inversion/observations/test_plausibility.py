@@ -45,6 +45,13 @@ def test_a_wrong_sign_or_unit_is_named_with_its_remedy(dataset: Dataset, factor:
     assert "import it again with" in text
 
 
+def test_the_likely_cause_stands_before_what_follows_from_it(dataset: Dataset, emulator: Emulator) -> None:
+    options = InversionOptions(method="emulator", noise={CHANNEL: SIGMA}, sampling=None)
+    first, second, *_ = invert(dataset, shot(-1.0), forward, options, emulator=emulator).inversion.warnings
+    assert "opposite sign" in first
+    assert "the model cannot produce this curve" in second
+
+
 def test_a_sensor_that_shows_no_response_is_named(dataset: Dataset) -> None:
     rng = np.random.default_rng(0)
     dead = replace(shot(), channels={CHANNEL: SIGMA * rng.normal(size=len(CLOCK))})
