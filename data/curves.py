@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
@@ -39,7 +40,7 @@ class Measured:
 
     time: (n,) [s], increasing, negative before the trigger; channels: sensor -> (n,) SI, NaN where the record has a
     gap; sigma: sensor -> (n,) SI standard deviations, only where given; units: sensor -> SI unit;
-    provenance: the file's # lines, without the sign.
+    provenance: the file's # lines, without the sign; digest: SHA-256 of the file's content, "" where there is no file.
     """
 
     time: Array
@@ -48,6 +49,7 @@ class Measured:
     units: Mapping[str, str]
     provenance: tuple[str, ...] = field(default=())
     path: str = ""
+    digest: str = ""
 
     @property
     def simulated(self) -> bool:
@@ -175,7 +177,8 @@ def shot_names(records: Sequence[Measured]) -> list[str]:
 def read_measured(path: str | Path) -> Measured:
     """A measured-data CSV; raises MeasuredError with every error and its line number, and how to import an export."""
     try:
-        return measured_from(read_table(Path(path)), path)
+        read = measured_from(read_table(Path(path)), path)
+        return replace(read, digest=hashlib.sha256(Path(path).read_bytes()).hexdigest())
     except MeasuredError as error:
         hint = _import_hint(Path(path)) if any(_is_foreign(text) for text in error.errors) else ()
         raise MeasuredError([*error.errors, *hint], error.heading) from error

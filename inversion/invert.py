@@ -339,6 +339,7 @@ def measured_figures(measured: Measured, observations: Observations) -> Measured
         noise_source={c.name: c.noise_source for c in observations.channels},
         cuts={c.name: _cuts(c.record) for c in observations.channels if c.record is not None and _cuts(c.record)},
         at_rest={c.name: rest for c in observations.channels if (rest := _at_rest(c.record)) is not None},
+        digest=measured.digest,
     )
 
 

@@ -7,12 +7,13 @@ import sys
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
+from itertools import pairwise
 from typing import Annotated, Any, cast
 
 import typer
 from typer.core import TyperCommand
 
-from birdstrike.cli.frame import print_json
+from birdstrike.cli.frame import print_json, unset
 from birdstrike.data.errors import UserError
 
 COMMANDS = (
@@ -57,15 +58,19 @@ _said = typer.BadParameter.format_message
 setattr(typer.BadParameter, "format_message", lambda error: _said(error).replace("Value error, ", "", 1))  # noqa: B010
 
 
-class RecordsCommand(TyperCommand):
+class StrictCommand(TyperCommand):
     """A command that refuses a second record where it takes one: the last would count, without a word.
 
-    Of other options the last counts, as is usual, so that scripts can override their own.
+    Of other options the last counts, as is usual, so that scripts can override their own. A --set without its sign is
+    named as such, before what follows it is taken for an argument too many.
     """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """As the base class, which takes the last of the values."""
         if args and not ctx.resilient_parsing:
+            for option, setting in pairwise(args):
+                if option == "--set" and "=" not in setting:
+                    ctx.fail(unset(setting))
             order = self.make_parser(ctx).parse_args(args=list(args))[2]
             single = [one.opts[0] for one in order if not getattr(one, "multiple", False)]
             for name in RECORDS:
@@ -83,7 +88,7 @@ app = typer.Typer(
 )
 
 for _name in COMMANDS:
-    app.command(_name, cls=RecordsCommand)(import_module(f"birdstrike.cli.{module_of(_name)}").command)
+    app.command(_name, cls=StrictCommand)(import_module(f"birdstrike.cli.{module_of(_name)}").command)
 
 
 def _print_version(wanted: bool) -> None:

@@ -229,10 +229,14 @@ def print_json(content: Mapping[str, Any]) -> None:
 def overrides(settings: Iterable[str]) -> dict[str, str]:
     """Dotted keys and texts of `--set key=value` options; raises UserError."""
     pairs = [setting.partition("=") for setting in settings]
-    unread = [key for key, sign, _ in pairs if not sign]
-    if unread:
-        raise UserError(f'--set {key}: write --set key=value, such as --set plate.thickness="8 mm"' for key in unread)
+    if unread := [unset(key) for key, sign, _ in pairs if not sign]:
+        raise UserError(unread)
     return {key.strip(): value.strip() for key, _, value in pairs}
+
+
+def unset(setting: str) -> str:
+    """What is wrong with a --set that has no sign."""
+    return f'--set {setting}: write --set key=value, such as --set plate.thickness="8 mm"'
 
 
 @contextmanager

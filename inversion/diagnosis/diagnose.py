@@ -119,7 +119,27 @@ def diagnose(
     cases = dict(zip(case_files([one.name for one in shots]), (one.case for one in shots), strict=True))
     cases |= {baseline_file(one.name): one.case for one in clean}
     others = [*(one.record for one in clean), *([] if other is None else [other])]
-    return write(replace(found, record=described(shots, others)), folder, cases)
+    told = asked(choice, clean, other, channels)
+    return write(replace(found, record=described(shots, others), options=told), folder, cases)
+
+
+def asked(
+    choice: DiagnosisOptions, clean: Sequence[NamedRecord], heldout: Measured | None, channels: Sequence[str]
+) -> dict[str, Any]:
+    """`options` of diagnosis.json: what repeats it beside alpha, and the cases and records of its shots.
+
+    seed, refine, baseline_bird, channels; baselines: name -> path; heldout: path, or null; python: the choices that no
+    option of the command sets, where they are not the usual ones.
+    """
+    usual, chosen = DiagnosisOptions().choices(), choice.choices()
+    own = ("seed", "refine", "baseline_bird")
+    return {
+        **{name: chosen[name] for name in own},
+        "channels": list(channels),
+        "baselines": {one.name: str(one.record.path) for one in clean},
+        "heldout": None if heldout is None else str(heldout.path),
+        "python": {n: v for n, v in chosen.items() if n not in (*own, "alpha") and v != usual[n]},
+    }
 
 
 def refuse_alpha(alpha: float) -> None:
@@ -131,15 +151,17 @@ def refuse_alpha(alpha: float) -> None:
 def described(shots: Sequence[NamedRecord], others: Sequence[Measured] = ()) -> dict[str, Any]:
     """`record` of diagnosis.json: path of the first, names of all, and which of them no instrument took.
 
-    others: baselines and the held-out record; `files` are the paths of all.
+    others: baselines and the held-out record; `files` are the paths of all, `digests` the SHA-256 of their content.
     """
+    every = [*(shot.record for shot in shots), *others]
     simulated = [one.name for one in shots if one.record.simulated]
     return {
         "path": str(shots[0].record.path),
         "simulated": bool(simulated),
         "shots": [one.name for one in shots],
         "simulated_shots": simulated,
-        "files": [str(one.path) for one in (*(shot.record for shot in shots), *others)],
+        "files": [str(one.path) for one in every],
+        "digests": [one.digest for one in every],
     }
 
 

@@ -31,7 +31,8 @@ Table = dict[str, Any]
 def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]) -> Table:
     """Of the measured shots; fits: `before`, `after` -> label of the model.
 
-    parameters: the sought ones; systems: one a case; shots: name and system; effects: with the limits, SI, of what was
+    parameters: the sought ones; systems: one a case; shots: name, system and channels, of each the instants [s] of the
+    record, of which `block` neighbours are one point (as in `Trace`); effects: with the limits, SI, of what was
     looked at; fits: parameters of the first shot and effects, SI; posterior, discrepancy, conditions, contacts (first
     contact [s] by shot): what `predict` carries to another case.
     """
@@ -50,7 +51,10 @@ def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]
                 "name": shot.name,
                 "system": next(i for i, setup in enumerate(setups) if setup is shot.setup),
                 "case": shot.setup.plan.case.name,
-                "channels": [{"name": trace.name, "unit": trace.unit} for trace in shot.record.traces],
+                "channels": [
+                    {"name": trace.name, "unit": trace.unit, "instants": trace.times, "block": trace.block}
+                    for trace in shot.record.traces
+                ],
             }
             for shot in shots
         ],

@@ -128,7 +128,7 @@ def joined(shots: Sequence[Shot], origins: Sequence[tuple[float, bool]] | None =
     first = shots[0]
     noise = {n + suffix(i): sigma for i, shot in enumerate(shots) for n, sigma in shot.options.noise.items()}
     figures = tuple(
-        ShotFigures(shot.measured.path, suffix(i), shot.dataset.case_hash, t0, ok)
+        ShotFigures(shot.measured.path, suffix(i), shot.dataset.case_hash, t0, ok, shot.measured.digest)
         for i, (shot, t0, ok) in enumerate(zip(shots, offsets, inside, strict=True))
     )
     return Joint(

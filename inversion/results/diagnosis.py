@@ -36,6 +36,8 @@ HEADS = {
     UNEXPLAINED: "Unexplained",
 }
 OWN_FILES = ("curves", "case", "model")
+AGAIN = "repeat birdstrike diagnose with the same --out, whose simulations are stored"
+"""What to do about a damaged file of a diagnosis."""
 LISTED = 8  # models in the picture of the probabilities
 
 
@@ -143,8 +145,9 @@ class Diagnosis(Displayed):
 
     alarm: p-value of none; families, probabilities: posterior; required_discrepancy: shares of the peak; left_out:
     channels that simulations cannot predict -> share of the peak by which another lattice moves them; tolerances and
-    unnamed: of earlier versions, always empty; case: the case with the effect in it, which `case_after` is the file of;
-    model: the emulators and fits as arrays, of which model.npz is the file.
+    unnamed: of earlier versions, always empty; options: see `diagnose.asked`, None in earlier versions; case: the case
+    with the effect in it, which `case_after` is the file of; model: the emulators and fits as arrays, of which
+    model.npz is the file.
     """
 
     alpha: float
@@ -179,6 +182,7 @@ class Diagnosis(Displayed):
     left_out: Mapping[str, float] = field(default_factory=dict)
     tolerances: tuple[Mapping[str, Any], ...] = ()
     unnamed: str | None = None
+    options: Mapping[str, Any] | None = None
 
     def named(self, name: str) -> EffectFigures:
         """Figures of one model."""
@@ -208,10 +212,7 @@ class Diagnosis(Displayed):
         try:
             return _DIAGNOSIS.validate_json(path.read_bytes())
         except (OSError, ValidationError) as error:
-            raise UserError(
-                f"{path} is missing, damaged or of another version; repeat birdstrike diagnose with the same --out, "
-                "whose simulations are stored"
-            ) from error
+            raise UserError(f"{path} is missing, damaged or of another version; {AGAIN}") from error
 
     @property
     def shown_shot(self) -> ShotStates:

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pandas as pd
 
+from birdstrike.data.columns import read_own_table
 from birdstrike.data.curves import LONGEST
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import withdraw, write_atomically
 from birdstrike.data.tree import save_tree
-from birdstrike.inversion.results.diagnosis import ATTRIBUTED, Diagnosis
+from birdstrike.inversion.results.diagnosis import AGAIN, ATTRIBUTED, Diagnosis
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.write import case_toml, copy_case, portable_table
 
@@ -99,6 +100,11 @@ def write_curves(path: Path, channels: Mapping[str, Mapping[str, object]]) -> No
         for channel, one in channels.items()
     ]
     write_atomically(path, pd.concat(tables).to_csv(index=False, float_format="%.9e", lineterminator="\n"))
+
+
+def read_curves(path: Path) -> pd.DataFrame:
+    """The curves of one shot as `write_curves` wrote them; raises UserError for a damaged file."""
+    return read_own_table(path, ("time_s", *COLUMNS), AGAIN, texts=("channel",))
 
 
 def case_text(found: Diagnosis, case: Case) -> str:

@@ -94,7 +94,7 @@ class MeasuredFigures:
     """Where the measurement came from, and how noisy it is taken to be (SI, root mean square of a channel).
 
     cuts: channel -> reason -> instants [s] inside the simulated record that were left out; at_rest: channel -> what was
-    subtracted from it. Both empty in older files.
+    subtracted from it. Both empty in older files. digest: SHA-256 of the file's content, "" where it is not known.
     """
 
     path: str
@@ -105,6 +105,7 @@ class MeasuredFigures:
     noise_source: Mapping[str, str]
     cuts: Mapping[str, Mapping[str, tuple[float, ...]]] = field(default_factory=dict)
     at_rest: Mapping[str, RestFigures] = field(default_factory=dict)
+    digest: str = ""
 
 
 @dataclass(frozen=True)
@@ -163,7 +164,8 @@ class MeshCorrectionFigures:
 class ShotFigures:
     """One of several records that were inverted together.
 
-    suffix: of its channels' names; time_offset [s]; inside: whether its own fit passes the prior predictive check.
+    suffix: of its channels' names; time_offset [s]; inside: whether its own fit passes the prior predictive check;
+    digest: SHA-256 of the file's content, "" where it is not known.
     """
 
     path: str
@@ -171,3 +173,4 @@ class ShotFigures:
     case_hash: str
     time_offset: float
     inside: bool
+    digest: str = ""

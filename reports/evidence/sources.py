@@ -18,7 +18,7 @@ from birdstrike.data.paths import resolve_measured
 from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.inversion.train_and_invert import OPTIONS_FILE
+from birdstrike.reports.results.commands import invert_words, stored_options
 from birdstrike.reports.results.parts import find_parts
 from birdstrike.solver.case.case import Case, case_from_table, load_case, raw_case
 
@@ -69,7 +69,7 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
         answer = Inversion.load(parts.inversion / "inversion.json")
     except ValidationError as error:
         raise UserError(f"{parts.inversion}/inversion.json is damaged or of another version; repeat it") from error
-    options, told = _options(parts.inversion, answer)
+    options, told = stored_options(parts.inversion, answer)
     campaigns = _campaigns(options, parts.doe, doe)
     altered = [line for campaign in campaigns for line in CampaignFolder(campaign).altered()]
     if altered:
@@ -83,7 +83,9 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     beside: tuple[Path, ...] = ()
     diagnosed = None if parts.diagnosis is None else Diagnosis.read(parts.diagnosis / "diagnosis.json")
     if diagnosed is None:
-        points.append("no diagnosis: whether an effect is missing from the model was not asked")
+        points.append(
+            parts.other_diagnosis or "no diagnosis: whether an effect is missing from the model was not asked"
+        )
     else:
         beside, more = of_diagnosis(diagnosed, records)
         points += more
@@ -142,29 +144,6 @@ def _case(cases: Sequence[Path], held: Path, campaign: Path) -> Case:
     return case_from_table(raw_case(held), read_json(campaign / "case.json").get("name", held.stem))
 
 
-def _options(inversion: Path, answer: Inversion) -> tuple[dict[str, Any], list[str]]:
-    """The options of train-and-invert; of a folder of an older version, those that inversion.json tells."""
-    path = inversion / OPTIONS_FILE
-    if path.is_file():
-        return read_json(path), []
-    paths = [shot.path for shot in answer.shots] or [answer.measured.path]
-    methods = list(answer.methods)
-    known = {
-        "trainer": answer.training.trainer if answer.training is not None else "lm",
-        "method": "both" if len(methods) > 1 else methods[0],
-        "seed": answer.seed,
-        "allow_rank_deficient": any(one.combination is not None for one in answer.methods.values()),
-        "campaigns": [],
-        "measured": paths,
-        "cases": [None] * len(paths),
-        "extras": {"refine": len(answer.refinement.added) if answer.refinement is not None else 0},
-    }
-    line = (
-        f"{OPTIONS_FILE} is not there: the folder is of an older version, and the command is made from inversion.json"
-    )
-    return known, [f"{line}; what it does not tell is at its default"]
-
-
 def _campaigns(options: Mapping[str, Any], found: Path | None, given: Path | None) -> tuple[Path, ...]:
     named = [Path(one) for one in options["campaigns"]]
     if given is not None and len(named) <= 1:
@@ -209,25 +188,14 @@ def _found(record: str | Path | None) -> Path | None:
 
 def repeat_words(sources: Sources) -> list[str]:
     """Arguments that repeat the calibration in the unpacked archive."""
-    options, extras = sources.options, sources.options["extras"]
-    words = ["train-and-invert", *(f"campaigns/{i}" for i in range(1, len(sources.campaigns) + 1))]
-    words += [word for record in sources.records for word in ("--measured", f"records/{record.name}")]
-    if sources.cases:
-        words += [word for i in range(1, len(sources.cases) + 1) for word in ("--case", f"cases/{i}.toml")]
-    words += ["--out", "again", "--trainer", options["trainer"], "--method", options["method"]]
-    words += ["--seed", str(options["seed"]), "--refine", str(extras.get("refine", 0))]
-    if "hidden" in extras:
-        words += ["--hidden", "search" if extras["hidden"] is None else str(extras["hidden"])]
-    for name, unset in (("copies", None), ("outputs", "bounded"), ("discrepancy", None), ("filter", None)):
-        if extras.get(name, unset) != unset:
-            words += [f"--{name}", str(extras[name])]
-    if extras.get("mesh"):
-        words += ["--mesh", "mesh/convergence.csv"]
-    words += ["--mesh-correction"] if extras.get("mesh_correction") else []
-    words += ["--no-posterior"] if extras.get("posterior") is False else []
-    words += ["--channels", ",".join(extras["channels"])] if extras.get("channels") else []
-    words += ["--allow-rank-deficient"] if options["allow_rank_deficient"] else []
-    return words
+    return invert_words(
+        sources.options,
+        [f"campaigns/{i}" for i in range(1, len(sources.campaigns) + 1)],
+        [f"records/{record.name}" for record in sources.records],
+        [f"cases/{i}.toml" for i in range(1, len(sources.cases) + 1)],
+        "mesh/convergence.csv",
+        "again",
+    )
 
 
 def repeat_line(sources: Sources) -> str:

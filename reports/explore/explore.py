@@ -38,7 +38,20 @@ SCRIPTS = (
     "main.js",
 )
 """The page's script, in this order; each uses the ones before it."""
-EXACT = ("weights", "points", "lengths", "low", "high", "theta", "parameters", "regions", "time", "centre", "knots")
+EXACT = (
+    "weights",
+    "points",
+    "lengths",
+    "low",
+    "high",
+    "theta",
+    "parameters",
+    "regions",
+    "time",
+    "instants",
+    "centre",
+    "knots",
+)
 """Arrays in which differences cancel, or that are compared: 64 bits; all others are curves, for which 32 serve."""
 
 

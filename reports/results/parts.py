@@ -6,12 +6,12 @@ import json
 import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import maker_of, model_of
-from birdstrike.solver.case.case import case_hash, load_case
+from birdstrike.inversion.results.same_shot import shot_difference
 
 CAMPAIGN_FILES = ("case.toml", "design.csv", "curves.csv", "summary.json")
 INVERSION_FILES = ("inversion.json", "verification.csv")
@@ -24,7 +24,8 @@ SHOWN = ("run-doe", "train-and-invert", "diagnose", "close-the-loop", "start")
 class Parts:
     """Folders of a report's parts, None for a part that does not exist; folder: the one that was named.
 
-    missing: a sentence about each part that is not there, with the command that makes it.
+    missing: a sentence about each part that is not there, with the command that makes it; other_diagnosis: one about a
+    diagnosis that is there, but of another record or case than the inversion, and is left out for that.
     """
 
     folder: Path
@@ -32,6 +33,7 @@ class Parts:
     inversion: Path | None = None
     diagnosis: Path | None = None
     missing: tuple[str, ...] = ()
+    other_diagnosis: str = ""
 
 
 def find_parts(
@@ -41,7 +43,8 @@ def find_parts(
 
     doe, diagnosis: where those lie, if elsewhere. The campaign of an inversion's own folder is looked for beside it: it
     is the only one with the same case hash. A loop without one of its own has the one that its inversion was given,
-    where that still lies there. makers: commands whose folders the errors ask for.
+    where that still lies there. A diagnosis of another record or case than the inversion's is left out, and refused
+    where it is named. makers: commands whose folders the errors ask for.
     """
     if folder.is_file():
         raise UserError(f"{folder} is a file; give the folder that close-the-loop, run-doe or train-and-invert made")
@@ -62,16 +65,26 @@ def find_parts(
         if given is not None and (lacking := _lacking(given, files)):
             raise UserError(f"no {what} in {given}: it lacks {', '.join(lacking)}")
     inverted = _first((folder, folder / "inversion"), INVERSION_FILES)
-    if inverted is not None and diagnosis is not None:
-        _check_of_one_case(inverted, diagnosis)
+    diagnosed = diagnosis or _first((folder, folder / "diagnosis"), DIAGNOSIS_FILES)
+    differs = shot_difference(inverted, diagnosed) if inverted is not None and diagnosed is not None else ""
+    if differs and diagnosis is not None:
+        raise UserError(
+            f"{differs}; give a diagnosis of the same record and case, or leave --diagnosis out: "
+            f"{_by_itself(diagnosis)}"
+        )
     campaign = doe or _first((folder, folder / "doe"), CAMPAIGN_FILES)
     if campaign is None and inverted is not None:
         campaign = _campaign_beside(folder) if inverted == folder else _campaign_given(inverted)
-    found = Parts(folder, campaign, inverted, diagnosis or _first((folder, folder / "diagnosis"), DIAGNOSIS_FILES))
+    other = f"{differs}: it is left out; {_by_itself(diagnosed)}" if differs and diagnosed is not None else ""
+    found = Parts(folder, campaign, inverted, None if differs else diagnosed, other_diagnosis=other)
     missing = tuple(_missing(found))
     if found.doe is None and found.inversion is None and found.diagnosis is None:
         raise UserError(list(missing), f"{folder} is not ready for a report")
-    return Parts(found.folder, found.doe, found.inversion, found.diagnosis, missing)
+    return replace(found, missing=missing)
+
+
+def _by_itself(diagnosis: Path) -> str:
+    return f"{shlex.join(['birdstrike', 'report', str(diagnosis)])} shows it by itself"
 
 
 def invert_again(doe: Path, inversion: Path) -> str:
@@ -88,19 +101,6 @@ def _first(folders: tuple[Path, ...], files: tuple[str, ...]) -> Path | None:
 
 def _lacking(folder: Path, files: tuple[str, ...]) -> list[str]:
     return [name for name in files if not (folder / name).is_file()]
-
-
-def _check_of_one_case(inversion: Path, diagnosis: Path) -> None:
-    """Raises UserError where a diagnosis that is named is of another case than the inversion."""
-    wanted, found = _entry(inversion / "inversion.json"), ""
-    with suppress(OSError, UserError):
-        found = case_hash(load_case(diagnosis / "case.toml"))
-    if wanted and found and found != wanted:
-        raise UserError(
-            f"the diagnosis in {diagnosis} is of another case (hash {found}) than the inversion in {inversion} (hash "
-            f"{wanted}); give a diagnosis of the same case, or leave --diagnosis out: birdstrike report {diagnosis} "
-            "shows it by itself"
-        )
 
 
 def _campaign_given(inversion: Path) -> Path | None:
@@ -165,4 +165,7 @@ def _missing(found: Parts) -> Iterator[str]:
         case = str(found.doe / "case.toml") if found.doe else "CASE"
         made = shlex.join(["birdstrike", "diagnose", case, "--measured", "CSV", "--out", str(place)])
         there = f"the diagnosis in {place}, which --diagnosis {place} adds"
-        yield f"no diagnosis in {place}; make it with: {made}" if _lacking(place, DIAGNOSIS_FILES) else there
+        if found.other_diagnosis:
+            yield f"{found.other_diagnosis}; one of this inversion's record takes its place: {made}"
+        else:
+            yield f"no diagnosis in {place}; make it with: {made}" if _lacking(place, DIAGNOSIS_FILES) else there

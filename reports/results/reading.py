@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-import pandas as pd
+import numpy as np
 from pydantic import ValidationError
 
+from birdstrike.data.columns import damaged, read_columns
 from birdstrike.data.curves import Measured, read_histories
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import read_json
@@ -26,6 +27,9 @@ from birdstrike.reports.results.parts import Parts, find_parts, invert_again
 from birdstrike.reports.results.results import CampaignResults, Convergence, InversionResults, Results, RunSummary
 
 T = TypeVar("T")
+Simulated = dict[str, dict[str, Array]]
+AGAIN = "repeat train-and-invert"
+"""What to do about a damaged file of an inversion."""
 
 
 def first_shot(inversion: Inversion) -> Inversion:
@@ -89,9 +93,6 @@ def _errors(answer: Answer, shot: ShotFigures) -> str:
     return listing(said) or "an unknown error"
 
 
-Simulated = dict[str, dict[str, Array]]
-
-
 def read_results(source: Path | Parts) -> Results:
     """Campaign and inversion of a folder, or of parts; raises UserError that names every missing part."""
     parts = source if isinstance(source, Parts) else find_parts(source)
@@ -110,6 +111,7 @@ def read_results(source: Path | Parts) -> Results:
         **{name: value for name, value in vars(campaign).items() if name not in ("folder", "summaries")},
         summaries={**campaign.summaries, **verifications},
         diagnosis=parts.diagnosis,
+        other_diagnosis=parts.other_diagnosis,
     )
 
 
@@ -150,25 +152,43 @@ def _inversion(path: Path) -> Inversion:
     try:
         inversion = Inversion.load(path)
     except ValidationError as error:
-        raise UserError(f"{path} is damaged or of another version; repeat train-and-invert") from error
+        raise UserError(f"{path} is damaged or of another version; {AGAIN}") from error
     if inversion.best is None:
-        raise UserError(f"{path} names no best method: no verification run finished; repeat train-and-invert")
+        raise UserError(f"{path} names no best method: no verification run finished; {AGAIN}")
     return inversion
 
 
 def _verification(path: Path, inversion: Inversion) -> tuple[Measured, Simulated]:
     """The record as it was inverted, and the finished methods' values at its times."""
-    table = pd.read_csv(path)
     best, source = inversion.methods[str(inversion.best)], inversion.measured
-    units = {channel: score.unit for channel, score in best.channels.items()}
-    columns = {channel: f"{channel}_{unit}".rstrip("_") for channel, unit in units.items()}
-
-    def values(prefix: str) -> dict[str, Array]:
-        return {channel: table[f"{prefix}_{column}"].to_numpy(float) for channel, column in columns.items()}
-
-    record = Measured(table["time_s"].to_numpy(float), values("measured"), {}, units, source.provenance, source.path)
     finished = [method for method, answer in inversion.methods.items() if answer.verified_rmse is not None]
-    return record, {method: values(method) for method in finished}
+    time, measured, simulated = read_verification(path, best, finished)
+    units = {channel: score.unit for channel, score in best.channels.items()}
+    return Measured(time, measured, {}, units, source.provenance, source.path), simulated
+
+
+def read_verification(
+    path: Path, answer: Answer, methods: Iterable[str] = ()
+) -> tuple[Array, dict[str, Array], Simulated]:
+    """`verification.csv`: instants (r,) [s], the record's channels (r,) SI, and those of each method at these instants.
+
+    answer: of whichever method, for the channels and their units. Raises UserError for a file that lacks a column, or
+    in which a record is empty or zero everywhere, or a method has no value.
+    """
+    columns = {
+        (source, channel): f"{source}_{channel}_{score.unit}".rstrip("_")
+        for source in ("measured", *methods)
+        for channel, score in answer.channels.items()
+    }
+    table = read_columns(path, ["time_s", *columns.values()], AGAIN)
+    for (source, _), column in columns.items():
+        known = table[column][np.isfinite(table[column])]
+        if not len(known) or (source == "measured" and not known.any()):
+            raise damaged(path, f"{column} has no value{' other than 0' if len(known) else ''}", AGAIN)
+    found: Simulated = {}
+    for (source, channel), column in columns.items():
+        found.setdefault(source, {})[channel] = table[column]
+    return table["time_s"], found.pop("measured"), found
 
 
 def _verified(parts: Parts, inverted: Path, inversion: Inversion, method: str) -> Histories:
@@ -181,15 +201,19 @@ def _verified(parts: Parts, inverted: Path, inversion: Inversion, method: str) -
     path = inverted / f"verified_{method}.csv"
     if not path.is_file():
         raise UserError(f"{path} is missing; repeat: {invert_again(parts.doe or Path('DOE'), inverted)}")
-    return read_histories(path)
+    try:
+        return read_histories(path)
+    except ValueError as error:
+        raise damaged(path, str(error), AGAIN) from error
 
 
 def _convergence(inverted: Path, inversion: Inversion) -> Convergence | None:
     """The network's convergence, None where no network was trained."""
     if inversion.training is None:
         return None
-    table = pd.read_csv(inverted / inversion.training.history)
-    return Convergence(*(table[column].to_numpy(float) for column in ("epoch", "mse", "test_mse")))
+    columns = ("epoch", "mse", "test_mse")
+    table = read_columns(inverted / inversion.training.history, columns, AGAIN)
+    return Convergence(*(table[column] for column in columns))
 
 
 def _draws(inverted: Path, inversion: Inversion) -> dict[str, Array] | None:
@@ -197,8 +221,7 @@ def _draws(inverted: Path, inversion: Inversion) -> dict[str, Array] | None:
     kept = inversion.stored_draws(inverted)
     if inversion.posterior is None or kept is None:
         return None
-    table = pd.read_csv(kept)
-    return {name: table[name].to_numpy(float) for name in inversion.posterior.names}
+    return read_columns(kept, inversion.posterior.names, AGAIN)
 
 
 def _summaries(doe: Path, campaign: Mapping[str, Any]) -> dict[str, RunSummary]:

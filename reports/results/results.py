@@ -160,10 +160,12 @@ class InversionResults:
 class Results(CampaignResults, InversionResults):
     """Campaign and inversion together: everything the report says.
 
-    diagnosis: folder of the diagnosis, None for none; simulated_models: the bird models, {} where none were asked for.
+    diagnosis: folder of the diagnosis, None for none; other_diagnosis: as in `Parts`; simulated_models: the bird
+    models, {} where none were asked for.
     """
 
     diagnosis: Path | None = None
+    other_diagnosis: str = ""
     simulated_models: Mapping[str, Model] = field(default_factory=dict)
 
     @property
@@ -190,8 +192,9 @@ class Results(CampaignResults, InversionResults):
     def warnings(self) -> tuple[str, ...]:
         """What the reader must know, of each part the gravest first.
 
-        Of the inversion, of failed simulations, of the simulations' own checks, and which shots have no curves here.
-        What both say of simulations is said once, of all of them.
+        Of the inversion, of failed simulations, of the simulations' own checks, which shots have no curves here, and
+        that a diagnosis is left out. What both say of simulations is said once, of all of them.
         """
         of_runs = campaign_warnings(self)
-        return (*unlike(self.inversion.warnings, of_runs), *of_runs, *self.other_shots)
+        left_out = (self.other_diagnosis,) if self.other_diagnosis else ()
+        return (*unlike(self.inversion.warnings, of_runs), *of_runs, *self.other_shots, *left_out)

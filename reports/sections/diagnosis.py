@@ -15,7 +15,7 @@ from birdstrike.data.formatting import listing, plain
 from birdstrike.data.formatting import quantity as with_unit
 from birdstrike.inversion.labels import in_words, runs_near_the_fits
 from birdstrike.inversion.results.diagnosis import Diagnosis, EffectFigures, ShotStates
-from birdstrike.inversion.results.diagnosis_files import curve_files
+from birdstrike.inversion.results.diagnosis_files import curve_files, read_curves
 from birdstrike.inversion.results.diagnosis_text import beyond, next_step
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.diagnosis import curves_figure, probability_figure, residual_figure
@@ -47,7 +47,7 @@ def read_diagnosis(folder: Path) -> DiagnosisResults:
     found = Diagnosis.read(path)
     shots = [one.name for one in found.shots]
     files = dict(zip(shots, curve_files(shots), strict=True))
-    curves = {name: pd.read_csv(folder / file) for name, file in files.items()}
+    curves = {name: read_curves(folder / file) for name, file in files.items()}
     return DiagnosisResults(found, curves, program_in(folder))
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.reports.blocks import Paragraph, Section, Table
+from birdstrike.reports.results.commands import commands
 from birdstrike.reports.results.results import Results
 from birdstrike.solver.case.case import case_hash
 
@@ -23,7 +24,8 @@ def section(results: Results) -> Section:
     needs = f"{simulated_by(results.case)}, which is not part of it" if external else "the solver's version"
     words = (
         f"The case below is complete and in SI; with it, the seeds and {needs}, the same machine gives "
-        "the same curves bit for bit. The point at which each verification ran is in inversion.json."
+        "the same curves bit for bit. The point at which each verification ran is in inversion.json. The commands name "
+        "records as they were named when they were read: run them in the same folder."
     )
     return Section("reproducibility", "To do it again", (facts, Paragraph(words), _case(results)))
 
@@ -44,7 +46,7 @@ def _made_from(results: Results) -> tuple[tuple[str, str], ...]:
         ("seed of the design", str(results.campaign["design"]["seed"])),
         ("record", _named(results, results.record.path)),
         ("folder", str(results.folder)),
-        ("command", _command(results)),
+        *((f"command of the {one.made}", one.line) for one in commands(results)),
     )
 
 
@@ -57,23 +59,6 @@ def _named(results: Results, path: str) -> str:
     """A record's path within the folder, else its bare name: the page may travel."""
     inside = Path(path).is_relative_to(results.folder)
     return str(Path(path).relative_to(results.folder)) if inside else Path(path).name
-
-
-def _command(results: Results) -> str:
-    """The line that makes all this again from the folder's own copy of the case."""
-    design, training = results.campaign["design"], results.inversion.training
-    trainer = f" --trainer {training.trainer}" if training is not None else ""
-    if len(shots := results.inversion.shots) > 1:
-        records = " ".join(f"--measured {shot.path}" for shot in shots)
-        return (
-            f"birdstrike train-and-invert {results.doe} {records} --out AGAIN --seed "
-            f"{results.inversion.seed}{trainer}, with the other shots' campaigns and each record's --case as they were"
-        )
-    return (
-        f"birdstrike close-the-loop {results.doe / 'case.toml'} --measured {results.record.path} "
-        f"--out AGAIN --design {design['source'] or design['kind']} --runs {design['runs']} "
-        f"--seed {results.inversion.seed}{trainer}"
-    )
 
 
 def _made_with() -> tuple[tuple[str, str], ...]:

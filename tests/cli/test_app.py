@@ -176,3 +176,9 @@ def test_ctrl_c_while_modules_load_ends_without_a_traceback(module: str) -> None
     assert "Traceback" not in ended.stderr
     assert ended.stderr.startswith("interrupted")
     assert ended.returncode in (130, -2)  # numba answers the signal itself, too
+
+
+def test_a_setting_without_its_sign_is_named_and_not_what_follows_it() -> None:
+    found = CliRunner().invoke(app, ["check", "demo_rig", "--set", "plate.thickness", "8", "mm"])
+    assert found.exit_code == 1
+    assert "--set plate.thickness: write --set key=value" in found.output

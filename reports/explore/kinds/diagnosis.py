@@ -6,14 +6,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
+import numpy as np
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array
 from birdstrike.data.tree import load_tree
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis, EffectFigures, ShotStates
-from birdstrike.inversion.results.diagnosis_files import MODEL, curve_files
+from birdstrike.inversion.results.diagnosis_files import MODEL, curve_files, read_curves
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
 from birdstrike.solver.case.case import Case, load_case
@@ -50,7 +51,10 @@ def read(folder: Path) -> tuple[View]:
             for one in parameters
         ],
         systems=[{key: part for key, part in system.items() if key != "runs"} for system in model["systems"]],
-        shots=[_shot(folder / file, shot) for file, shot in zip(curve_files(names), model["shots"], strict=True)],
+        shots=[
+            _shot(folder / file, shot, found.noise["sensors"])
+            for file, shot in zip(curve_files(names), model["shots"], strict=True)
+        ],
         answers=[answer(one["name"], one["unit"], told[one["name"]], told) for one in parameters],
         effects=_effects(model["effects"], found, load_case(folder / CASE)),
         presets=_presets(fits, found.shots),
@@ -87,15 +91,32 @@ def _presets(fits: Mapping[str, Mapping[str, Any]], shots: Sequence[ShotStates])
     ]
 
 
-def _shot(path: Path, shot: Mapping[str, Any]) -> Table:
-    """A shot with its record as the diagnosis read it: neighbouring instants averaged where there are many."""
-    table, channels = pd.read_csv(path), []
+def _shot(path: Path, shot: Mapping[str, Any], sensors: Mapping[str, Mapping[str, Any]]) -> Table:
+    """A shot with its record as the diagnosis read it: neighbouring instants averaged where there are many.
+
+    sensors: of `noise` in diagnosis.json.
+    """
+    table, channels = read_curves(path), []
     for one in shot["channels"]:
         own = (table["channel"] == one["name"]).to_numpy()
         time, values, sigma = (table[key].to_numpy(float)[own] for key in ("time_s", "measured", "sigma"))
         noise = rms(sigma)
-        channels.append(channel(one["name"], one["unit"], noise, record(time, values, sigma, shot["name"])))
+        seen = record(time, values, sigma, shot["name"])
+        seen |= _averaging(one, time, sensors.get(one["name"], {}))
+        channels.append(channel(one["name"], one["unit"], noise, seen))
     return {"name": shot["name"], "system": shot["system"], "channels": channels}
+
+
+def _averaging(one: Mapping[str, Any], middle: Array, told: Mapping[str, Any]) -> Table:
+    """Of points at `middle` (n,) [s]: `block`, the number of instants averaged, and `instants` (n block,) [s].
+
+    A diagnosis of an earlier version does not hold the instants: its neighbours are taken as equally spaced.
+    """
+    if "instants" in one:
+        return {"block": int(one["block"]), "instants": one["instants"]}
+    block = int(told["averaged_over"]) if told.get("points") == len(middle) else 1
+    steps = (np.arange(block) - 0.5 * (block - 1)) / block
+    return {"block": block, "instants": (middle[:, None] + np.gradient(middle)[:, None] * steps).ravel()}
 
 
 def _effects(listed: Sequence[Mapping[str, Any]], found: Diagnosis, case: Case) -> list[Table]:
@@ -122,7 +143,12 @@ def _effect(one: Mapping[str, Any], told: EffectFigures, case: Case) -> Table:
         "value": told.magnitude,
         "interval": told.interval_95,
         "single": single,
-        "stated": {"gain": stated.gain, "time_offset": stated.time_offset, "drift": stated.drift},
+        "stated": {
+            "gain": stated.gain,
+            "time_offset": stated.time_offset,
+            "drift": stated.drift,
+            "bandwidth": stated.bandwidth,
+        },
     }
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
@@ -18,6 +17,7 @@ from birdstrike.inversion.results.fit import TimeOrigin
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
+from birdstrike.reports.results.reading import read_verification
 from birdstrike.surrogate.files import load_emulator, read_runs
 from birdstrike.surrogate.weights import emulator_table
 
@@ -41,12 +41,7 @@ def view_of(folder: Path, case: Path) -> View:
     theta, curves = read_runs(folder / "emulator.npz")
     best = inversion.best_answer
     estimates = best.parameters
-    table = pd.read_csv(folder / "verification.csv")
-    time = table["time_s"].to_numpy(float)
-    measured = {
-        name: table[f"measured_{name}_{score.unit}".rstrip("_")].to_numpy(float)
-        for name, score in best.channels.items()
-    }
+    time, measured, _ = read_verification(folder / "verification.csv", best)
     return View(
         title="Calibration",
         headline=_headline(inversion, best),

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
+from birdstrike.inversion.results.same_shot import shot_difference
 from birdstrike.reports.explore.kinds import campaign, diagnosis, inversion
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import View
@@ -23,11 +24,18 @@ def read(folder: Path) -> tuple[View, ...]:
     own, inverted = folder / "doe", folder / "inversion"
     calibrated = inversion.view_of(inverted, (own if campaign.holds(own) else inverted) / "case.toml")
     try:
-        found = diagnosis.read(folder / "diagnosis") if diagnosis.holds(folder / "diagnosis") else ()
+        found = _diagnosed(inverted, folder / "diagnosis") if diagnosis.holds(folder / "diagnosis") else ()
     except UserError as error:
         note = f"The diagnosis in {folder / 'diagnosis'} is not shown: {'; '.join(error.errors)}"
         return (replace(calibrated, warnings=(note, *calibrated.warnings)),)
     return (*(_with_calibration(view, calibrated) for view in found), calibrated)
+
+
+def _diagnosed(inverted: Path, diagnosed: Path) -> tuple[View, ...]:
+    """The views of a diagnosis; raises UserError for one of another record or case than the inversion's."""
+    if differs := shot_difference(inverted, diagnosed):
+        raise UserError(f"{differs}; explore that folder by itself, or diagnose this record")
+    return diagnosis.read(diagnosed)
 
 
 def _with_calibration(view: View, calibrated: View) -> View:

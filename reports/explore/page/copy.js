@@ -6,12 +6,15 @@ const quotedToml = (text) => `"${text.replace(/\\/g, "\\\\").replace(/"/g, '\\"'
 const keyToml = (text) => (/^[A-Za-z0-9_-]+$/.test(text) ? text : quotedToml(text));
 const quotedShell = (text) => (/^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replace(/'/g, "'\\''")}'`);
 
+// Time constant [s] of a sensor that is slower by x: time constants add (solver.effects.instrument).
+const slowness = (x, stated) => Math.max(x + (stated.bandwidth ? 1 / (2 * Math.PI * stated.bandwidth) : 0), 1e-9);
+
 // How a fault of one sensor stands in a case: key under instrument.<sensor>, and its value in TOML.
 const INSTRUMENT = {
   sensor_gain: (x, stated) => ["gain", String(Number((stated.gain * (1 + x)).toPrecision(10)))],
   time_offset: (x, stated) => ["time_offset", quotedToml(`${Number((stated.time_offset + x).toPrecision(10))} s`)],
   sensor_drift: (x, stated) => ["drift", quotedToml(`${Number((stated.drift + x).toPrecision(10))} m/s`)],
-  sensor_bandwidth: (x) => ["bandwidth", quotedToml(`${Number((1 / (2 * Math.PI * Math.max(x, 1e-9))).toPrecision(10))} 1/s`)],
+  sensor_bandwidth: (x, stated) => ["bandwidth", quotedToml(`${Number((1 / (2 * Math.PI * slowness(x, stated))).toPrecision(10))} 1/s`)],
 };
 
 // [section, key, value in TOML, note] of every parameter, and of every effect that is there.

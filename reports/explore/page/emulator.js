@@ -1,6 +1,7 @@
 // The emulator of birdstrike.surrogate, evaluated: Gaussian processes of principal components, effects, instruments.
 
 const FEWEST_RUNS = 2;
+const LEAST_WEIGHT = 1e-150; // of a run, however far: its square must not underflow
 
 const matern = (square) => {
   const x = Math.sqrt(5 * square);
@@ -42,7 +43,7 @@ const localVariance = (missed, u, table) => {
   const raw = Array.from(correlation, (c) => { const w = c ** locality; largest = Math.max(largest, w); return w; });
   let total = 0, own = 0, weighted = 0;
   raw.forEach((w, i) => {
-    const share = w + 1e-300 + 1e-12 * largest;
+    const share = w + LEAST_WEIGHT + 1e-12 * largest;
     total += share; own += share * share; weighted += share * squares[i];
   });
   return (weighted / total) * studentFactor(table, Math.max((total * total) / own, FEWEST_RUNS));

@@ -41,11 +41,17 @@ const cross = (pen, [x, y], colour, size = 8) => {
     pen.beginPath(); pen.moveTo(x - size, y); pen.lineTo(x + size, y); pen.moveTo(x, y - size); pen.lineTo(x, y + size); pen.stroke();
   });
 };
-const ring = (pen, [x, y], colour, radius, filled) => {
+// Seen on the bright and the dark end of the map, and on the page beside it.
+const markBest = (pen, place) => {
+  [[4.5, "#1b1f24"], [1.5, "#ffffff"]].forEach(([width, ink]) => {
+    pen.lineWidth = width; pen.strokeStyle = ink;
+    pen.beginPath(); pen.arc(...place, 8, 0, 2 * Math.PI); pen.stroke();
+  });
+};
+const disc = (pen, [x, y], colour, radius) => {
   pen.beginPath(); pen.arc(x, y, radius, 0, 2 * Math.PI);
-  pen.lineWidth = 1.5; pen.strokeStyle = filled ? theme.paper : colour; pen.fillStyle = colour;
-  if (filled) pen.fill();
-  pen.stroke();
+  pen.lineWidth = 1.5; pen.strokeStyle = theme.paper; pen.fillStyle = colour;
+  pen.fill(); pen.stroke();
 };
 
 const labelAxes = (pen, frame, across, up, width, height) => {
@@ -93,7 +99,7 @@ const drawMap = (canvas, view, state, map) => {
   const frame = mapFrame(width, height, endsOf(across), endsOf(up));
   map.frame = frame;
   stillOf(map, canvas, [across.id, up.id, state.run, width, height, theme.ink].join(), (own) => drawMapStill(own, view, state, map, width, height));
-  if (found) ring(pen, placeOf(frame, across, up, found.point), "#ffffff", 8, false);
+  if (found) markBest(pen, placeOf(frame, across, up, found.point));
   cross(pen, placeOf(frame, across, up, state.point), theme.mark);
 };
 const drawMapStill = (pen, view, state, map, width, height) => {
@@ -106,7 +112,7 @@ const drawMapStill = (pen, view, state, map, width, height) => {
   }
   mapTicks(pen, frame, across, up); labelAxes(pen, frame, across, up, width, height);
   for (let i = 0; i < runsShown(view); i += 1) {
-    ring(pen, placeOf(frame, across, up, runPoint(view, i)), state.run === i ? theme.mark : theme.run, state.run === i ? 6 : 3.5, true);
+    disc(pen, placeOf(frame, across, up, runPoint(view, i)), state.run === i ? theme.mark : theme.run, state.run === i ? 6 : 3.5);
   }
 };
 

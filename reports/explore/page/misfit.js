@@ -1,15 +1,20 @@
 // How far the curves are from the record: RMS of the residual over the standard deviation of the noise; 1 = noise.
 
-// Record less model at the record's instants, SI; NaN after the simulation's end.
+// Record less model at the record's instants, SI; NaN after the simulation's end. Where each point of the record is the
+// mean over `block` instants, the model's is so too.
 const residualsOf = (time, curve, record, clock) => {
   const last = time.length - 2, end = time[last + 1] * (1 + 1e-9), out = new Float64Array(record.time.length).fill(NaN);
+  const { block = 1, instants = record.time } = record;
   let i = 0;
-  for (let j = 0; j < out.length; j += 1) {
-    const t = record.time[j] - clock;
-    if (t > end) break;
-    while (i < last && time[i + 1] < t) i += 1;
-    const w = clamp((t - time[i]) / (time[i + 1] - time[i]), 0, 1);
-    out[j] = record.values[j] - curve[i] * (1 - w) - curve[i + 1] * w;
+  for (let j = 0; j < out.length && instants[(j + 1) * block - 1] - clock <= end; j += 1) {
+    let sum = 0;
+    for (let k = j * block; k < (j + 1) * block; k += 1) {
+      const t = instants[k] - clock;
+      while (i < last && time[i + 1] < t) i += 1;
+      const w = clamp((t - time[i]) / (time[i + 1] - time[i]), 0, 1);
+      sum += curve[i] * (1 - w) + curve[i + 1] * w;
+    }
+    out[j] = record.values[j] - sum / block;
   }
   return out;
 };

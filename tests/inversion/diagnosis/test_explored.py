@@ -8,12 +8,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib import pyplot as plt
 
 from birdstrike.data.tree import load_tree, save_tree
 from birdstrike.inversion.diagnosis.before_and_after import predicted
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
+from birdstrike.inversion.diagnosis.instrument import with_faults
 from birdstrike.inversion.results.diagnosis_files import MODEL
 from birdstrike.reports.explore.explore import explore
 from birdstrike.solver.case.case import load_case
@@ -62,6 +64,38 @@ def test_before_has_the_misfit_that_the_answer_states(browser: Browser, laborato
         )
 
 
+SCORES = """(name) => {
+  window.explore.setPoint(window.explore.state.view.presets.find((one) => one.name === name));
+  window.explore.draw();
+  return window.explore.state.panels.map((panel) => panel.score);
+}"""
+
+
+def test_a_record_of_means_is_held_against_the_means_of_the_curve(
+    browser: Browser, laboratory: Laboratory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The page took the curve at the middle of the averaged instants: its misfit was not that of diagnosis.csv."""
+    monkeypatch.setattr("birdstrike.inversion.diagnosis.shots.MOST_POINTS", 18)
+    assert laboratory.diagnose("means", "--measured", str(laboratory.folder / "loose.csv")).exit_code == 0
+    folder = laboratory.folder / "means"
+    table = pd.read_csv(folder / "diagnosis.csv")
+    model = load_tree(folder / MODEL)
+    channels = model["shots"][0]["channels"]
+    assert all(one["block"] > 4 for one in channels)
+    shutil.copytree(folder, tmp_path / "earlier")
+    for one in channels:
+        del one["block"], one["instants"]
+    save_tree(tmp_path / "earlier" / MODEL, model)
+    expected = [
+        np.sqrt((((own["measured"] - own["before"]) / own["sigma"]) ** 2).mean())
+        for _, own in table.groupby("channel", sort=False)
+    ]
+    for place in (folder, tmp_path / "earlier"):
+        browser.open(explore(place, tmp_path / "page.html"))
+        assert browser.run(f"({SCORES})('before')") == pytest.approx(expected, rel=1e-3)
+    browser.open(explore(laboratory.folder / "out"))
+
+
 def test_effects_are_sliders_the_likeliest_first(browser: Browser, laboratory: Laboratory) -> None:
     told = {one["name"]: one["probability"] for one in laboratory.content()["effects"]}
     labels = browser.run("window.explore.state.view.effects.map((one) => one.label)")
@@ -83,6 +117,26 @@ def test_a_point_with_effects_is_a_case(browser: Browser, laboratory: Laboratory
     case = load_case(tmp_path / "what_if.toml")
     assert case.effects["clamp_rotation"] == pytest.approx(2e-6)
     assert case.instrument["displacement_side"].gain == pytest.approx(1.02)
+
+
+def test_a_slower_sensor_has_both_time_constants_in_the_copied_case(
+    browser: Browser, laboratory: Laboratory, tmp_path: Path
+) -> None:
+    """Of 5 kHz declared and 30 us more the copied case had 5305 Hz, the solver has 2574 Hz."""
+    folder = tmp_path / "out"
+    shutil.copytree(laboratory.folder / "out", folder)
+    with (folder / "case.toml").open("a") as file:
+        file.write('\n[instrument.displacement_side]\nbandwidth = "5 kHz"\n')
+    browser.open(explore(folder))
+    point = "{ ...window.explore.state.point, effects: { 'sensor_bandwidth.displacement_side': 3e-5 } }"
+    browser.run(f"window.explore.setPoint({point})")
+    browser.run("document.getElementById('copy-toml').click()")
+    text = browser.run("document.querySelector('#copied textarea').value")
+    (tmp_path / "what_if.toml").write_text(f'extends = "{folder / "case.toml"}"\n\n{text}')
+    fault = ("displacement_side", "sensor_bandwidth", 3e-5)
+    expected = with_faults(load_case(folder / "case.toml"), [fault]).instrument["displacement_side"].bandwidth
+    assert expected == pytest.approx(2574.0, rel=1e-3)
+    assert load_case(tmp_path / "what_if.toml").instrument["displacement_side"].bandwidth == pytest.approx(expected)
 
 
 MOVED = """(size) => {

@@ -22,6 +22,16 @@ MOVE = """(shares) => shares.map((row) => {
 })"""
 
 
+FAR = """(theta) => {
+  const { state, draw, setPoint } = window.explore;
+  setPoint({ ...state.point, theta });
+  draw();
+  const errors = state.panels.map((panel) => [...panel.error]);
+  setPoint(state.view.presets[0]);
+  return errors;
+}"""
+
+
 @dataclass(frozen=True)
 class Drawn:
     """theta (k,), effects by label, SI; curves and errors: (channels, m) SI as the page drew them."""
@@ -40,6 +50,11 @@ def drawn(browser: Browser, seed: int = 0, points: int = POINTS) -> list[Drawn]:
     return [
         Drawn(np.array(one["theta"]), one["effects"], np.array(one["curves"]), np.array(one["errors"])) for one in found
     ]
+
+
+def errors_at(browser: Browser, theta: np.ndarray) -> np.ndarray:
+    """(channels, m) SI, the errors that the page draws at theta (k,) SI, which no slider needs to reach."""
+    return np.array(browser.run(f"({FAR})({theta.tolist()})"), dtype=float)
 
 
 def off(drawn_curve: np.ndarray, expected: np.ndarray) -> float:

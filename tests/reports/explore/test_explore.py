@@ -23,8 +23,9 @@ from birdstrike.reports.explore.explore import LARGEST, SCRIPTS, explore
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from birdstrike.surrogate.files import load_emulator
+from tests.diagnoses import written_diagnosis
 from tests.reports.explore.browser import Browser
-from tests.reports.explore.exactness import EXACT, drawn, off
+from tests.reports.explore.exactness import EXACT, drawn, errors_at, off
 
 LABELS = """() => {
   const texts = [], pen = document.createElement("canvas").getContext("2d"), write = pen.fillText.bind(pen);
@@ -69,10 +70,16 @@ def held_against(browser: Browser, emulator: Emulator, channels: list[str]) -> N
         for name, curve, error in zip(channels, one.curves, one.errors, strict=True):
             channel = emulator.channels[name]
             assert off(curve, channel.curves(u, channel.time)[0]) < EXACT, name
-            variance = (channel.error_factor(u[0], channel.time) ** 2).sum(axis=1) + channel.outside_at(channel.time)
-            assert off(error, np.sqrt(variance)) < 1e-3, name
+            assert off(error, error_of(emulator, name, one.theta)) < 1e-3, name
         inside += 1
     assert inside == 50
+
+
+def error_of(emulator: Emulator, name: str, theta: np.ndarray) -> np.ndarray:
+    """(m,) SI, standard deviation of the emulator's error at theta (k,) SI."""
+    channel, u = emulator.channels[name], emulator.inputs(theta[None])
+    variance = (channel.error_factor(u[0], channel.time) ** 2).sum(axis=1) + channel.outside_at(channel.time)
+    return np.sqrt(variance)
 
 
 def test_curves_of_a_campaign_are_those_of_its_emulator(browser: Browser, campaign_page: Path, loop: Path) -> None:
@@ -85,6 +92,18 @@ def test_curves_of_an_inversion_are_those_of_its_emulator(browser: Browser, loop
     browser.open(explore(loop / "inversion", tmp_path / "page.html"))
     emulator = load_emulator(loop / "inversion" / "emulator.npz")
     held_against(browser, emulator, ["displacement_centre", "displacement_side"])
+
+
+def test_far_from_every_run_the_error_is_that_of_the_emulator(browser: Browser, loop: Path, tmp_path: Path) -> None:
+    """The runs' weights squared to 0 there, and the band was 0/0."""
+    browser.open(explore(loop / "inversion", tmp_path / "page.html"))
+    emulator = load_emulator(loop / "inversion" / "emulator.npz")
+    far = np.array(
+        browser.run("window.explore.state.view.parameters.map(({ low, high }) => high + 1e4 * (high - low))")
+    )
+    names = browser.run("window.explore.state.panels.map((panel) => panel.channel.name)")
+    for name, error in zip(names, errors_at(browser, far), strict=True):
+        assert off(error, error_of(emulator, name, far)) < 1e-3, name
 
 
 def test_the_page_of_a_campaign_is_called_after_its_case(campaign_page: Path) -> None:
@@ -333,6 +352,30 @@ def test_the_map_shows_what_is_not_identifiable_as_a_valley(browser: Browser, pa
     assert "hardly tells" in browser.run("document.getElementById('profile-words').textContent")
 
 
+BESIDE = """() => {
+  const { state, draw } = window.explore, map = document.getElementById("map"), axes = state.view.parameters;
+  const seen = (best) => {
+    state.best = best; draw();
+    const { left, top, height } = state.map.frame, ratio = map.width / map.clientWidth;
+    const canvas = document.createElement("canvas"), pen = canvas.getContext("2d");
+    canvas.width = 12; canvas.height = 12;
+    pen.fillStyle = "#ffffff"; pen.fillRect(0, 0, 12, 12);
+    pen.drawImage(map, ratio * (left - 12), ratio * (top + height), ratio * 12, ratio * 12, 0, 0, 12, 12);
+    return pen.getImageData(0, 0, 12, 12).data;
+  };
+  const bare = seen(null), theta = axes.map(({ low }) => low);
+  return Math.max(...seen({ point: { theta, effects: {}, clock: 0 }, misfit: 1 }).map((v, i) => Math.abs(v - bare[i])));
+}"""
+"""Largest change of a pixel's red, green or blue left of the map's lower left corner when the best point lies there."""
+
+
+def test_the_best_point_is_seen_on_the_page_beside_the_map(browser: Browser, page: Path) -> None:
+    """At the edge of the map its ring was white on white."""
+    browser.open(page)
+    browser.until("window.explore.state.best && window.explore.state.map.frame")
+    assert browser.run(f"({BESIDE})()") > 150
+
+
 def test_the_command_writes_a_small_page_and_says_where(loop: Path, tmp_path: Path) -> None:
     found = CliRunner().invoke(app, ["explore", str(loop), "--out", str(tmp_path / "what_if.html"), "--json"])
     assert found.exit_code == 0, found.output
@@ -346,6 +389,15 @@ def test_a_loop_that_has_adopted_its_campaign_is_explored(loop: Path, tmp_path: 
     """Its campaign lies elsewhere: there is no folder doe."""
     shutil.copytree(loop / "inversion", tmp_path / "loop" / "inversion")
     assert "Calibration" in explore(tmp_path / "loop").read_text(encoding="utf-8")
+
+
+def test_a_loop_is_explored_without_a_diagnosis_of_another_record(loop: Path, tmp_path: Path) -> None:
+    shutil.copytree(loop / "inversion", tmp_path / "loop" / "inversion")
+    (tmp_path / "loop" / "diagnosis").mkdir()
+    record = {"path": "shot6.csv", "simulated": False, "shots": ["shot6"], "files": ["shot6.csv"]}
+    written_diagnosis(tmp_path / "loop" / "diagnosis", record=record)
+    text = explore(tmp_path / "loop").read_text(encoding="utf-8")
+    assert "is of shot6.csv, not of shot7.csv, the record of the inversion" in text
 
 
 def test_a_folder_without_results_names_the_commands(tmp_path: Path) -> None:

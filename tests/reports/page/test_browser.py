@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 import re
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,10 @@ import matplotlib.image as images
 import numpy as np
 import pytest
 
-BROWSER = next(
-    (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), ""
-)
+from birdstrike.reports.blocks import Lines, Paragraph, Picture, Section, Table, Warnings
+from birdstrike.reports.page.render import rendered
+from tests.reports.explore.browser import BROWSER, Browser
+
 OPTIONS = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
     "--disable-component-update --disable-sync --hide-scrollbars --enable-logging=stderr --v=0 --window-size=1200,6000"
@@ -109,3 +109,19 @@ def test_the_strike_moves_and_every_model_has_its_own(probed: dict[str, Any]) ->
     assert len(set(seen["models"])) == 4
     assert seen["played"] > 0
     assert seen["frames"] > 8
+
+
+def test_a_long_name_without_a_blank_stays_on_the_page(tmp_path: Path) -> None:
+    """A case's name of 120 letters made a phone's page three times as wide as the phone."""
+    name = "panel_" * 20
+    picture = Picture("long", "<svg></svg>", f"Caption of {name}", 300)
+    blocks = Paragraph(name), Lines((name,)), Warnings((name,)), Table(("a", "b"), ((name, name),), name), picture
+    page = tmp_path / "page.html"
+    page.write_text(rendered(name, name, [Section("one", name, blocks)]), encoding="utf-8")
+    with Browser(tmp_path / "profile") as browser:
+        browser.resize(360, 740)
+        browser.ask("Page.navigate", url=page.as_uri())
+        browser.until("document.readyState === 'complete' && document.querySelector('h1')")
+        assert browser.run("document.documentElement.scrollWidth") <= 360
+        wide = "[...document.querySelectorAll('h1, h2, p, li, nav a, caption, figcaption, .scroll')].filter((one) => "
+        assert browser.run(f"{wide}one.getBoundingClientRect().right > 360).map((one) => one.tagName)") == []

@@ -1,14 +1,20 @@
-"""Reading a finished folder: what a run's file that is whole, and one that is damaged, gives for its energy balance."""
+"""Reading a finished folder: runs that are whole and damaged ones, and the damaged tables of an answer."""
 
 from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
+from birdstrike.data.errors import UserError
 from birdstrike.data.store import RunStore
+from birdstrike.inversion.results.diagnosis_files import COLUMNS, read_curves
+from birdstrike.reports.explore.explore import explore
 from birdstrike.reports.results.reading import read_results
 
 
@@ -27,3 +33,39 @@ def test_a_damaged_run_counts_by_the_campaigns_own_entry(finished: Path, tmp_pat
     whole = store.look_up(second["key"])
     assert whole is not None
     assert summaries[f"run {second['run']}"] == {**second, **whole.summary}
+
+
+MEASURED = "measured_displacement_centre_m"
+
+
+@pytest.mark.parametrize(
+    ("name", "damage", "why"),
+    [
+        ("verification.csv", lambda table: table.drop(columns=MEASURED), f"no column {MEASURED}"),
+        ("verification.csv", lambda table: table.assign(**{MEASURED: np.nan}), f"{MEASURED} has no value"),
+        ("verification.csv", lambda table: table.assign(**{MEASURED: 0.0}), f"{MEASURED} has no value other than 0"),
+        ("verification.csv", lambda table: table.assign(**{MEASURED: "scrambled"}), "scrambled"),
+        ("training.csv", lambda table: table.drop(columns="mse"), "no column mse"),
+        ("posterior.csv", lambda table: table.iloc[:, :1], "no column bird.material"),
+    ],
+)
+def test_a_damaged_table_of_an_answer_is_named_with_what_to_do(
+    finished: Path, tmp_path: Path, name: str, damage: Callable[[pd.DataFrame], pd.DataFrame], why: str
+) -> None:
+    """They ended in a KeyError, a ValueError of argmax or a ZeroDivisionError."""
+    for part in ("doe", "inversion"):
+        shutil.copytree(finished / part, tmp_path / part)
+    path = tmp_path / "inversion" / name
+    damage(pd.read_csv(path)).to_csv(path, index=False)
+    expected = rf"{name} is damaged or of another version \(.*{why}.*\); repeat train-and-invert"
+    with pytest.raises(UserError, match=expected):
+        read_results(tmp_path)
+    if name == "verification.csv":
+        with pytest.raises(UserError, match=expected):
+            explore(tmp_path)
+
+
+def test_damaged_curves_of_a_diagnosis_are_named_with_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "diagnosis.csv").write_text(f"channel,time_s,{','.join(COLUMNS[1:])}\n")
+    with pytest.raises(UserError, match=r"diagnosis.csv is damaged .*no column measured\); repeat birdstrike diagnose"):
+        read_curves(tmp_path / "diagnosis.csv")

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
+from birdstrike.inversion.results.diagnosis_files import COLUMNS
 from birdstrike.inversion.results.fit import TimeOrigin
 from birdstrike.reports.blocks import Paragraph, Picture, Warnings
 from birdstrike.reports.page.page import SECTIONS
@@ -20,7 +21,7 @@ WARNINGS = tuple(f"warning {number}" for number in range(7))
 
 def test_what_the_model_lacks_comes_first(results: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written_diagnosis(tmp_path, effect("impact_speed"), sentence="The model lacks a faster bird", warnings=WARNINGS)
-    (tmp_path / "diagnosis.csv").write_text("channel,time_s\n")
+    (tmp_path / "diagnosis.csv").write_text(f"channel,time_s,{','.join(COLUMNS)}\n")
     for name in ("probability_figure", "residual_figure"):
         monkeypatch.setattr(diagnosis, name, lambda *_: Figure())
     begins = SECTIONS[0](replace(results, diagnosis=tmp_path))
