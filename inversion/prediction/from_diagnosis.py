@@ -16,7 +16,7 @@ from birdstrike.data.tree import load_tree
 from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
-from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
+from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError, unseen_parts
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis
 from birdstrike.inversion.results.diagnosis_files import MODEL, RESULT, curve_files
 
@@ -73,8 +73,9 @@ def _explanation(one: Tree, model: Tree, shape: Tree) -> Explanation:
     free = {kind: np.asarray(one["amplitude"][kind], dtype=float) for kind in kinds}
     fixed = {kind: np.full(n, float(shape["fixed"].get(kind, 0.0))) for kind in kinds}
     learnt = kinds if shape["own_is_free"] is True else shape["own_is_free"] or []  # of an earlier version: all or none
-    shared = {kind: (fixed if kind in learnt else free)[kind] for kind in kinds}
-    own = {kind: (free if kind in learnt else fixed)[kind] for kind in kinds}
+    parts = {
+        kind: (fixed[kind], free[kind]) if kind in learnt else unseen_parts(free[kind], fixed[kind]) for kind in kinds
+    }
     return Explanation(
         label=one["label"],
         probability=float(one["share"]),
@@ -84,8 +85,8 @@ def _explanation(one: Tree, model: Tree, shape: Tree) -> Explanation:
         effects=tuple(one["names"]),
         sizes=tuple(one["sizes"]),
         magnitudes=np.asarray(one["magnitudes"]).reshape(n, len(one["members"])),
-        amplitude=shared,
-        own={kind: np.maximum(own[kind], remainder(kind)) for kind in kinds},
+        amplitude={kind: shared for kind, (shared, _) in parts.items()},
+        own={kind: np.maximum(own, remainder(kind)) for kind, (_, own) in parts.items()},
     )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.discrepancy import remainder
+from birdstrike.inversion.diagnosis.discrepancy import OWN_SHARE, remainder
 from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
 from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
@@ -151,5 +151,14 @@ def amplitudes(
         for name, error in shot.errors.items():
             size = stated[name] if name in stated else float(np.sqrt(error.excess(label)))
             sizes.setdefault(error.kind, []).append(max(size, remainder(error.kind)))
-    shared = {kind: rms(own) * KNOWN_TO ** rng.standard_normal(n) for kind, own in sizes.items()}
-    return shared, {kind: np.full(n, remainder(kind)) for kind in sizes}
+    found = {kind: rms(own) * KNOWN_TO ** rng.standard_normal(n) for kind, own in sizes.items()}
+    parts = {kind: unseen_parts(size, np.full(n, remainder(kind))) for kind, size in found.items()}
+    return {kind: shared for kind, (shared, _) in parts.items()}, {kind: own for kind, (_, own) in parts.items()}
+
+
+def unseen_parts(size: Array, remaining: Array) -> tuple[Array, Array]:
+    """Amplitudes (n,) of what shots share and of a shot's own, of an error `size` that no baseline shows.
+
+    As the diagnosis has them: `OWN_SHARE` of its variance may be the shot's own, besides what always `remaining` is.
+    """
+    return np.sqrt(1.0 - OWN_SHARE) * size, np.sqrt(OWN_SHARE * size**2 + remaining**2)

@@ -11,6 +11,7 @@ from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.prediction.from_inversion import read_inversion
 from birdstrike.inversion.prediction.from_models import read_models
 from birdstrike.inversion.prediction.learnt import Learnt
+from birdstrike.inversion.results.same_shot import refuse_two_shots
 
 READERS: tuple[tuple[str, str, Callable[[Path], Learnt]], ...] = (
     ("diagnosis.json", "diagnosis", read_diagnosis),
@@ -30,6 +31,7 @@ def read_learnt(folder: Path) -> Learnt:
             f"--from {folder}: there is no such folder; name the --out of train-and-invert, diagnose, calibrate-models "
             "or close-the-loop"
         )
+    refuse_two_shots(folder)
     for file, below, reader in READERS:
         for place in (folder, folder / below):
             if (place / file).is_file():

@@ -55,6 +55,14 @@ def shot_difference(inversion: Path, diagnosis: Path) -> str:
     return ""
 
 
+def refuse_two_shots(loop: Path) -> None:
+    """Raise UserError for a loop's folder whose diagnosis and inversion are not of one shot, both named."""
+    inversion, diagnosis = loop / "inversion", loop / "diagnosis"
+    both = (inversion / "inversion.json").is_file() and (diagnosis / RESULT).is_file()
+    if both and (differs := shot_difference(inversion, diagnosis)):
+        raise UserError(f"{differs}; name the one that is meant: {inversion}, or {diagnosis}")
+
+
 def _inverted(answer: dict[str, Any]) -> _File:
     """The first record of an inversion."""
     first = [*answer.get("shots", []), answer.get("measured", {})][0]

@@ -12,6 +12,7 @@ from birdstrike.data.unit_systems import UnitSystem
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.diagnosis_files import case_files
+from birdstrike.inversion.results.same_shot import refuse_two_shots
 from birdstrike.reports.export import lsdyna_materials, radioss_materials
 from birdstrike.reports.export.cards import cards_of
 from birdstrike.reports.export.fixed_columns import card, columns, comments
@@ -58,6 +59,7 @@ def read_effects(folder: Path, case: str | Path | None = None) -> FoundEffects |
     path = next((p for p in (folder / "diagnosis.json", folder / "diagnosis" / "diagnosis.json") if p.is_file()), None)
     if path is None:
         return None
+    refuse_two_shots(folder)
     diagnosis = Diagnosis.read(path)
     named = {name for member in diagnosis.confidence_set for name in member.split("+")}
     declared, shots = load_case(_declared(path, case)), [one.name for one in diagnosis.shots]

@@ -59,8 +59,8 @@ def find_parts(
         )
     if maker not in (None, *SHOWN):
         pages = [str(page) for page in sorted(folder.glob("*.html")) if page.name != "explore.html"]
-        own = f"its own page is {', '.join(pages)}" if pages else "it has no page"
-        raise UserError(f"{folder} was made by birdstrike {maker}, and {own}; {asked}")
+        own = f" (its own page is {', '.join(pages)})" if pages else ""
+        raise UserError(f"{folder} was made by birdstrike {maker}{own}; {asked}")
     for given, files, what in ((doe, CAMPAIGN_FILES, "finished campaign"), (diagnosis, DIAGNOSIS_FILES, "diagnosis")):
         if given is not None and (lacking := _lacking(given, files)):
             raise UserError(f"no {what} in {given}: it lacks {', '.join(lacking)}")

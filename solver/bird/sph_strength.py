@@ -28,6 +28,7 @@ class SolidBird(Bird):
 
     material: Solid
     subcycled = False
+    wave_courant = 0.72
 
     def __init__(self, *state: Any, **more: Any) -> None:
         super().__init__(*state, **more)
@@ -96,7 +97,7 @@ class SolidBird(Bird):
         """As every bird's, and the works of the deviator and of the repulsion."""
         super().update_energies(dt)
         self.energies["bird_stress"] += self.volume * total(self.works[:, 1])
-        self.energies["bird_repulsion"] += dt * total(self.repelled)
+        self.energies["bird_repulsion"] += self.over_step(dt, "repulsion", self.repelled)
         if self.eroded_now.any():
             frozen = self.volume * float(self.stored_stress[self.eroded_now].sum())
             self.energies["bird_stress"] -= frozen

@@ -137,7 +137,7 @@ def test_what_is_not_finite_ends_the_run(body, field, value):
     array = getattr(getattr(strike, body), field)
     array[len(array) // 2] = value
     with np.errstate(all="ignore"), pytest.raises(RunFailed, match=r"solver\.courant"):
-        go_on(strike, 3)
+        go_on(strike, strike.stride)
 
 
 @pytest.mark.parametrize(

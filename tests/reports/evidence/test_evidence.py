@@ -157,7 +157,7 @@ def test_evidence_that_could_not_be_repeated_is_refused(tmp_path: Path, zipped: 
         evidence(tmp_path / "nothing", tmp_path / "f.zip")
     (tmp_path / "models").mkdir()
     (tmp_path / "models" / "models.json").write_text("{}")
-    with pytest.raises(UserError, match="was made by birdstrike calibrate-models, and it has no page; give a folder"):
+    with pytest.raises(UserError, match="was made by birdstrike calibrate-models; give a folder"):
         evidence(tmp_path / "models", tmp_path / "f.zip")
     assert not (tmp_path / "f.zip").exists()
 

@@ -11,8 +11,10 @@ from typing import Any
 import pytest
 
 from birdstrike.data.errors import UserError
+from birdstrike.inversion.prediction.reading import read_learnt
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.reports.evidence.sources import find_sources
+from birdstrike.reports.export.effects import read_effects
 from birdstrike.reports.page.page import report
 from birdstrike.reports.results.parts import find_parts
 from birdstrike.reports.results.reading import read_results
@@ -64,6 +66,13 @@ def test_a_diagnosis_of_another_record_is_left_out_and_told(loop: Path) -> None:
     assert "is of shot6.csv, not of shot7.csv" in page
     assert "what the model lacks" not in page
     assert any(told in one for one in read_results(loop).warnings)
+
+
+def test_a_prediction_and_an_export_of_both_ask_which_is_meant(loop: Path) -> None:
+    folder = diagnosed(loop, "shot6.csv")
+    for read in (read_learnt, read_effects):
+        with pytest.raises(UserError, match=f"name the one that is meant: {loop / 'inversion'}, or {folder}"):
+            read(loop)
 
 
 def test_a_record_that_has_changed_since_is_another_one(loop: Path) -> None:
