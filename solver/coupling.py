@@ -16,11 +16,6 @@ from birdstrike.solver.contact import Contact
 from birdstrike.solver.energy_balance import Balance
 
 PLATE_SAFETY = 0.9  # of the plate's and the contact's stability limit
-PER_PARTICLE_STEP, PER_SHELL_STEP = 0.95e-6, 0.35e-6
-"""[s] Measured on one core with everything compiled: 4500 particles, 2000 shells; per step of each."""
-GRAZING, GRAZED = 0.5, 0.8
-"""Share of the speed that is normal to the plate, below which a bird of particles takes shorter steps, down to this
-factor: the energy error is a share of all kinetic energy, and the balance asks for one of the normal part."""
 UNSTABLE = 0.2  # energy error at which a run has gone unstable, far beyond what is accepted
 
 
@@ -32,24 +27,19 @@ class Steps:
     plate: float
     contact: float
 
-    def counts(self, span: float, courant: float, factor: float, cost: float | None) -> tuple[int, int]:
+    def counts(self, span: float, courant: float, factor: float = 1.0, subcycled: bool = True) -> tuple[int, int]:
         """Number of the bird's steps in `span` [s], and of the plate's in each of them.
 
         The Courant number acts on the bird, a fixed safety on the linear parts; factor scales all. The bird's forces
         act as impulses, one a step of the bird: it is kept clear of half a period of the contact spring, pi/omega,
-        at which they would drive it. cost: of a step of the bird over one of the plate's, by which the bird's step is
-        shortened to a multiple of the plate's where that is cheaper than shorter steps of the plate; None of a bird
-        that is not subcycled, which takes the plate's step.
+        at which they would drive it. A body that is not subcycled takes the plate's step.
         """
         linear = factor * PLATE_SAFETY * min(self.plate, self.contact)
         coarse = factor * min(courant * self.bird, PLATE_SAFETY * 0.5 * math.pi * self.contact)
-        if cost is None:
+        if not subcycled:
             return math.ceil(span / min(coarse, linear)), 1
-        found = (
-            (math.ceil(span / min(coarse, k * linear)), k) for k in (coarse // linear, math.ceil(coarse / linear)) if k
-        )
-        steps, stride = min(found, key=lambda one: one[0] * (cost + one[1]))
-        return steps, int(stride)
+        steps = math.ceil(span / coarse)
+        return steps, math.ceil(span / steps / linear)
 
 
 def bird_and_step(case: Case) -> tuple[BirdBody, float, float]:
@@ -67,8 +57,6 @@ def bird_and_step(case: Case) -> tuple[BirdBody, float, float]:
         with np.errstate(invalid="ignore"):
             bird, begin = build_bird(case)
             step = bird.step_at_impact(case.normal_speed)
-            if bird.subcycled:
-                step *= min(1.0, max(math.sin(case.impact.angle) / GRAZING, GRAZED))
     except ValueError:
         bird, begin, step = None, 0.0, math.nan
     if bird is None or not 0.0 < step < math.inf:
@@ -111,9 +99,7 @@ class Coupling:
     def start(self, case: Case, begin: float, step_factor: float = 1.0) -> None:
         """Set the clock to `begin` [s] and divide what is left until the case's end into stable steps."""
         span = case.time.end - begin
-        cost = PER_PARTICLE_STEP * self.bird.n / (PER_SHELL_STEP * len(self.plate.quads))
-        subcycled = cost if self.bird.subcycled else None
-        coarse, self.stride = self.limits.counts(span, case.solver.courant, step_factor, subcycled)
+        coarse, self.stride = self.limits.counts(span, case.solver.courant, step_factor, self.bird.subcycled)
         self.steps = coarse * self.stride
         self.dt = span / self.steps
         self.step, self.begin, self.time = 0, begin, begin

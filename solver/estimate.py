@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.coupling import PER_PARTICLE_STEP, PER_SHELL_STEP, Coupling
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.modes import natural_frequencies
 
+# Measured on one core with everything compiled: 4500 particles, 2000 shells; per step of each. [s]
+PER_PARTICLE_STEP, PER_SHELL_STEP = 0.95e-6, 0.35e-6
 # G and H = J of Warburton's first mode, by edges.
 FIRST_MODE = {"clamped": (1.506, 1.248), "pinned": (1.0, 1.0)}
 

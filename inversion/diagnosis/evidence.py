@@ -106,9 +106,9 @@ of the very test to one that is as wrong as what a laboratory cannot measure."""
 
 
 BIRDS = {"same": 0.02, "recipe": 0.1, "other": 1.0}
-"""Prior standard deviations by which the parameters of two shots may lie apart: birds of one batch; birds cast by
-one recipe, which scatter by a tenth of what is known of a recipe beforehand; birds of which one says nothing of the
-other. Each is as likely as the others unless the user states which it is."""
+"""Prior standard deviations by which the parameters of a shot's bird lie off what the shots share: birds of one batch;
+birds cast by one recipe, which scatter by a tenth of what is known of a recipe beforehand; birds of which one says
+nothing of the other. Each is as likely as the others unless the user states which it is."""
 BIRDS_APART = tuple(BIRDS.values())
 AUTO = "auto"
 CONTRADICTED = 0.05  # probability by the records below which a stated bird is contradicted by them

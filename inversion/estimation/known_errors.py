@@ -7,7 +7,7 @@ whose effect is linear is marginalised exactly by adding column column^T to the 
 Where the leave-one-out Q2 of a channel is low, the curves jitter in ways that no process explains, and the processes'
 own variances are too small. The channel then carries the covariance of its leave-one-out residuals besides, so that it
 counts for what it is worth beside the channels that are predicted well. The covariance of a few dozen residuals is
-tapered in time (Gaspari and Cohn, Q. J. R. Meteorol. Soc. 125 (1999) 723, sect. 4): far instants correlate by chance.
+tapered in time by a Gaussian: far instants correlate by chance.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ small.) One implementation with two readers: a calibration corrects its campaign
 
 Ten curves give a covariance of ten directions, and a fit looks for the parameters where that covariance says that
 little errs: its estimates then err by two to three times what it states. So a calibration fits every fine run to what
-the other nine say, and enlarges the covariance until these estimates err as stated.
+the other nine say, and enlarges the standard deviations until these estimates err as stated.
 """
 
 from __future__ import annotations

@@ -27,6 +27,10 @@ def fisher(calibrator: Calibrator, z: Array, emulator_error: bool = False) -> Ar
 
 
 def bound(calibrator: Calibrator, truths: Array, emulator_error: bool = False) -> Array:
-    """(r,) smallest root mean square error of z over the truths (t, r)."""
+    """(r,) root mean square error of z over the truths (t, r) that van Trees' inequality allows.
+
+    That of a normal prior. Truths of one that is cut off at the ends of the ranges lie closer: where the data say
+    little, the prior's mean alone errs less, and this is no bound.
+    """
     mean = np.mean([fisher(calibrator, z, emulator_error) for z in truths], axis=0)
     return np.sqrt(np.diag(np.linalg.inv(mean + np.diag(calibrator.coordinates.prior.sd**-2.0))))

@@ -3,8 +3,9 @@
 Of the variance of a sensor's largest reading: `effect` is the variance between the explanations' means, `parameters`
 the mean variance within them (of the bird's constants and of the magnitudes), which together are that of the model with
 tolerances at their values and the model error that the records let expect of each draw (law of total variance): what
-the records correct is no width. `tolerances`, `discrepancy`, `mesh` and `emulator` each let one
-source alone vary about the median curve. The shares are of the sum of these six.
+the records correct is no width. `tolerances`, `discrepancy`, `mesh` and `emulator` each let one source alone vary about
+the median curve, the tolerances about the draw of the likeliest model that is nearest to it. The shares are of the sum
+of these six.
 """
 
 from __future__ import annotations

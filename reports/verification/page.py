@@ -103,11 +103,11 @@ def left_out(results: Sequence[Result]) -> str:
 
 
 def standing(rows: Sequence[Row], reasons: dict[str, Reason]) -> str:
-    """Rows beyond their tolerance, with the experiment that shows why, or the plain statement that none is recorded."""
+    """Rows beyond their tolerance, with the experiment that shows why, or where the experiments stand."""
     beyond = [row for row in rows if row.verdict == "beyond"]
     lines = [
         "## Rows beyond their tolerance",
-        f"A row stands here only with the experiment that shows its reason, and at most {most_reasons} may.",
+        f"With the experiment that shows its reason, where one is recorded; at most {most_reasons} may stand here.",
     ]
     if not beyond:
         return f"{lines[0]}\n\nNone."
@@ -117,7 +117,7 @@ def standing(rows: Sequence[Row], reasons: dict[str, Reason]) -> str:
         why = (
             f"{reason.text} ![{row.name}]({FIGURES.as_posix()}/{reason.figure}.png)"
             if reason
-            else "No reason recorded."
+            else "No figure is recorded with it; what was tried: [limits](docs/limits.md)."
         )
         lines.append(f"- **{said}** {why}")
     return "\n\n".join(lines[:2]) + "\n\n" + "\n".join(lines[2:])

@@ -28,7 +28,6 @@ class SolidBird(Bird):
 
     material: Solid
     subcycled = False
-    wave_courant = 0.72
 
     def __init__(self, *state: Any, **more: Any) -> None:
         super().__init__(*state, **more)

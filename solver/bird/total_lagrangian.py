@@ -33,7 +33,6 @@ class ElasticBird(Bird):
 
     material: Solid
     subcycled = False
-    wave_courant = 0.72
 
     def __init__(self, *state: Any, **more: Any) -> None:
         super().__init__(*state, **more)

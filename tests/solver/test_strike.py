@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import subprocess
 import sys
 from dataclasses import replace as replaced
@@ -17,7 +16,7 @@ from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.columns import SEED, block
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.case.case import Case, load_case
-from birdstrike.solver.coupling import GRAZED, PLATE_SAFETY, Coupling, Steps, bird_and_step
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.estimate import estimate, first_period
 from birdstrike.solver.simulate import simulate
 
@@ -264,19 +263,3 @@ def test_the_energy_error_is_of_second_order_in_the_step():
     errors = [abs(simulate(case, step_factor=factor).summary["energy_error"]) for factor in (1.0, 0.5, 0.25)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert (orders > 1.7).all(), (errors, orders)
-
-
-def test_the_bird_s_step_is_a_multiple_of_the_plate_s_where_that_is_cheaper():
-    """3.1 steps of the plate in one of the bird: four short ones where the bird is dear, three whole ones where not."""
-    limits = Steps(bird=3.1 * PLATE_SAFETY, plate=1.0, contact=100.0)
-    dear, cheap = (limits.counts(1e4, 1.0, 1.0, cost) for cost in (1e3, 1.0))
-    assert dear == (math.ceil(1e4 / 3.1 / PLATE_SAFETY), 4)
-    assert cheap == (math.ceil(1e4 / 3.0 / PLATE_SAFETY), 3)
-    assert limits.counts(1e4, 1.0, 1.0, None) == (math.ceil(1e4 / PLATE_SAFETY), 1)
-
-
-def test_a_grazing_bird_takes_shorter_steps_for_the_balance_of_its_small_normal_energy():
-    steps = [bird_and_step(small(impact__angle=f"{angle} deg", impact__speed="91.1 m/s"))[2] for angle in (90, 30, 10)]
-    slow = bird_and_step(small(impact__angle="90 deg", impact__speed=f"{91.1 * math.sin(math.radians(10)):.6g} m/s"))[2]
-    assert steps[2] == pytest.approx(GRAZED * slow, rel=1e-4)
-    assert steps[1] > steps[0]  # the weaker shock, not shortened

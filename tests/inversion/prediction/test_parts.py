@@ -25,6 +25,7 @@ from birdstrike.inversion.prediction.carry_over import (
 )
 from birdstrike.inversion.prediction.discrepancy import Records, _conditioned, realisations
 from birdstrike.inversion.prediction.distance import distance
+from birdstrike.inversion.prediction.from_diagnosis import _explanation
 from birdstrike.inversion.prediction.from_inversion import rough_draws
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
 from birdstrike.inversion.prediction.predict import tears
@@ -415,3 +416,22 @@ def test_sensors_that_were_not_learnt_are_warned_of_together() -> None:
     assert said.startswith(
         "first and second were not learnt from, or sit elsewhere: the model error of each is that of"
     )
+
+
+def test_an_error_that_no_baseline_shows_is_split_as_the_diagnosis_split_it() -> None:
+    """Half of its variance is a shot's own; beside a baseline the shared part is fixed, and the own one fitted."""
+    one = {
+        "label": "none",
+        "share": 1.0,
+        "parameters": np.zeros((1, 1)),
+        "members": (),
+        "names": (),
+        "sizes": (),
+        "magnitudes": np.zeros((1, 0)),
+        "amplitude": {"displacement": [0.05], "strain": [0.08]},
+    }
+    shape = {"fixed": {"displacement": 0.01, "strain": 0.02}, "own_is_free": ["strain"]}
+    found = _explanation(one, {"parameters": [{"name": "bird.material.viscosity"}]}, shape)
+    assert found.amplitude["displacement"] == pytest.approx(0.05 / 2.0**0.5)
+    assert found.own["displacement"] == pytest.approx((0.05**2 / 2.0 + 0.01**2) ** 0.5)
+    assert (found.amplitude["strain"], found.own["strain"]) == (pytest.approx(0.02), pytest.approx(0.08))

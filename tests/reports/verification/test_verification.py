@@ -242,7 +242,7 @@ def test_the_page_says_verdicts_reasons_and_sources(tmp_path: Path):
         r"\| \[frequency\]\(docs/verification/pic\.png\) \| 397\.7 Hz \| 398 Hz \| \+0\.0754 % \| 1 % \|", text
     )
     assert "the lattice alone moves it by 4 %." in text
-    assert "unexplained misfit: 4 %, tolerance 3 %.** No reason recorded." in text
+    assert "unexplained misfit: 4 %, tolerance 3 %.** No figure is recorded with it" in text
     assert "*What is seen: 398 Hz.*" in text
     assert "Not solved for this page: planar_impact" in text
     assert kept.pictures[0].path.read_bytes()[:4] == b"\x89PNG"
