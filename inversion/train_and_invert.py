@@ -72,6 +72,11 @@ One = str | Path
 Record = str | Path | Measured
 
 
+def case_file(number: int | str) -> str:
+    """Name of the file of a shot's case, the shots counted from 1; "*": of all but the first."""
+    return "case.toml" if number == 1 else f"case_{number}.toml"
+
+
 @dataclass(frozen=True)
 class Extras:
     """What may be asked for beyond one campaign, one record and the paper's network.
@@ -177,9 +182,11 @@ def train_and_invert(
     refuse_twice([("--measured", shot.measured) for shot in shots])
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
     outcome, dataset, record = inverted(shots, more, lambda f: report(share + (1.0 - share) * f))
-    withdraw(folder, "inversion.json", "network.npz", TRAINING_FILE, DRAWS_FILE, "verified_*.csv")
-    if shots[0].case is not None:
-        copy_case(shots[0].case, folder)
+    withdraw(folder, "inversion.json", "network.npz", TRAINING_FILE, DRAWS_FILE, "verified_*.csv", case_file("*"))
+    for number, shot in enumerate(shots, start=1):
+        if shot.case is not None:
+            name = case_file(number)
+            copy_case(shot.case, folder, name, "" if number == 1 else f"{Path(name).stem}/")
     asked = {"trainer": trainer, "method": method, "seed": seed, "allow_rank_deficient": allow_rank_deficient}
     write_json(folder / OPTIONS_FILE, asked | _sources(folders, pairs) | {"extras": asdict(more)})
     _write(folder, outcome, dataset, record)

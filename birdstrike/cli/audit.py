@@ -13,6 +13,8 @@ from birdstrike.cli.campaign_bar import campaign_bar
 from birdstrike.cli.frame import Json, RetryFailed, Workers, console, framed, progress_bar, say
 
 CASE = "audit_strike"
+USUAL = {"make": 0, "make-forms": 0, "case": CASE, "draws": 1, "no-confirm": False, "alpha": 0.05, "seed": 0}
+"""Values of options that go without saying; None does for every one."""
 
 
 @framed
@@ -28,7 +30,9 @@ def command(
     make_forms: Annotated[
         int, typer.Option(min=0, help="The same, by a deliberately different model of bird and plate.")
     ] = 0,
-    case: Annotated[str, typer.Option(help="Declared case of the truths that are made.")] = CASE,
+    case: Annotated[
+        str | None, typer.Option(help="Declared case of the truths that are made.", show_default=CASE)
+    ] = None,
     draws: Annotated[int, typer.Option(min=1, help="Draws of the noise on each record; 1: as it is.")] = 1,
     channels: Annotated[int | None, typer.Option(min=1, help="Only records of so many channels.")] = None,
     shots: Annotated[int | None, typer.Option(min=1, help="Only records of so many shots.")] = None,
@@ -81,7 +85,21 @@ def command(
             progress=progress,
             say=say,
             retry_failed=retry_failed,
-            command=typed(make, make_forms, case, draws, channels, shots, baselines, confirm, seed),
+            command=typed(
+                {
+                    "make": make,
+                    "make-forms": make_forms,
+                    "case": Path(case or CASE).name,
+                    "draws": draws,
+                    "channels": channels,
+                    "shots": shots,
+                    "baselines": baselines,
+                    "most": most,
+                    "no-confirm": not confirm,
+                    "alpha": alpha,
+                    "seed": seed,
+                }
+            ),
         )
     for name, entry in content["tables"].items():
         console.print(table(name, entry))
@@ -100,25 +118,11 @@ def command(
     return {"out": str(out), "audit": str(out / "audit.json"), "page": str(page), "missed": missed}
 
 
-def typed(
-    make: int,
-    make_forms: int,
-    case: str,
-    draws: int,
-    channels: int | None,
-    shots: int | None,
-    baselines: str | None,
-    confirm: bool,
-    seed: int,
-) -> str:
-    """The command by what changes its figures, without paths of the machine."""
-    parts = ["birdstrike audit --out audit"]
-    parts += [f"--make {make}"] * bool(make) + [f"--make-forms {make_forms}"] * bool(make_forms)
-    parts += [f"--case {Path(case).name}"] * (case != CASE) + [f"--draws {draws}"] * (draws > 1)
-    parts += [f"--channels {channels}"] * (channels is not None) + [f"--shots {shots}"] * (shots is not None)
-    parts += [f"--baselines {baselines}"] * (baselines is not None)
-    parts += ["--no-confirm"] * (not confirm)
-    return " ".join(parts + [f"--seed {seed}"] * bool(seed))
+def typed(given: Mapping[str, Any]) -> str:
+    """The command by what changes its figures, without paths of the machine; given: option -> value."""
+    told = {name: value for name, value in given.items() if value is not None and value != USUAL.get(name)}
+    options = [f"--{name}" if value is True else f"--{name} {value}" for name, value in told.items()]
+    return " ".join(["birdstrike audit --out audit", *options])
 
 
 def table(name: str, entry: Mapping[str, Any]) -> Table:

@@ -13,7 +13,7 @@ from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.progress import Progress
 
 if TYPE_CHECKING:
-    from birdstrike.data.histories import Histories
+    from birdstrike.data.histories import Array, Histories
     from birdstrike.doe.attempt import Solver
     from birdstrike.doe.campaign.run import Finished
     from birdstrike.solver.case.case import Case, CaseSource
@@ -47,6 +47,7 @@ def compare(
 
     loaded, folder = as_case(case, settings), Path(out)
     files = [histories] if isinstance(histories, str | Path) else list(histories)
+    told = [] if deck is None else _other_case(deck, case_hash(loaded))
     other, missing = _theirs(files, deck)
     with reserved(folder, "compare"):
         solver = solver_for(loaded)
@@ -54,13 +55,14 @@ def compare(
         ours = run.histories
         pairs = curve_pairs(ours, other)
         absent = [f"{name} has no curve of {theirs}" for name in ours.channels if name not in other.channels]
-        missing = [*missing, *(line for line in absent if not any(line.split()[0] in said for said in missing))]
+        named = {line.split()[0].removesuffix(":") for line in missing}
+        missing = [*missing, *(line for line in absent if line.split()[0] not in named)]
         withdraw(folder, ANSWER, PAGE)
         write_histories(folder / OURS, ours)
         write_histories(folder / THEIRS, other)
-        told = remarks(pairs, ours)
+        told += remarks(pairs, ours)
         if run.step_factor != 1.0:
-            told = [*told, f"our run needed {run.step_factor:g} of the usual time step"]
+            told.append(f"our run needed {run.step_factor:g} of the usual time step")
         made = {"case_hash": case_hash(loaded), "solver_version": solver.version}
         answer = {
             **made,
@@ -73,6 +75,19 @@ def compare(
         write_comparison_page(folder / PAGE, loaded.name, theirs, pairs, files, [*told, *not_compared])
         write_json(folder / ANSWER, answer)
     return answer
+
+
+def _other_case(deck: str | Path, own: str) -> list[str]:
+    """A warning where the deck was written of another case than that of our run, by its hash."""
+    from birdstrike.data.decks.sensors import read_deck_sensors
+
+    written = read_deck_sensors(deck).case_hash
+    if written in ("", own):
+        return []
+    return [
+        f"{deck} is of another case (hash {written}) than our run (hash {own}): not the codes alone differ; give the "
+        "deck's --set again, or export the deck again"
+    ]
 
 
 def _theirs(files: Sequence[str | Path], deck: str | Path | None) -> tuple[Histories, list[str]]:
@@ -99,15 +114,33 @@ def _by_name(path: Path) -> Histories:
         first = file.readline()
     if first.startswith(b"time_s,"):
         try:
-            return read_histories(path)
+            found = read_histories(path)
         except ValueError as error:
             raise UserError(f"{path} cannot be read: {error}; write it again, a row an instant") from error
+        _refuse_clock(path, found.time)
+        return found
     try:
         record = read_measured(path)
     except MeasuredError as error:
         hint = "a file of another code as it is needs --deck SENSORS.json, which export wrote beside the deck"
         raise UserError([*error.errors, hint]) from error
     return Histories(record.time, dict(record.channels), dict(record.units))
+
+
+def _refuse_clock(path: Path, time: Array) -> None:
+    """Raise UserError, with the line, where the instants of a `histories.csv` do not rise."""
+    import numpy as np
+
+    falls = np.flatnonzero(~(np.diff(time) > 0.0))
+    if not len(falls):
+        return
+    lines = path.read_text(encoding="utf-8").splitlines()
+    rows = [i for i, line in enumerate(lines, 1) if line.partition("#")[0].strip()]
+    before, after = time[falls[0] : falls[0] + 2]
+    raise UserError(
+        f"{path}, line {rows[falls[0] + 2]}: time_s = {after:g} does not rise above {before:g} before it; put the rows "
+        "in the order of time, each instant once"
+    )
 
 
 def _ours(case: Case, solver: Solver, folder: Path, progress: Progress | None) -> Finished:

@@ -32,9 +32,13 @@ _CONVERTED = re.compile(
     r"(?P<group>DATABASE_HISTORY_NODE|TimeHistory1|TH-INTER)\s+(?P<number>\d+)\s(?:.*\s)?"
     r"(?P<var>[DF][NT]?[XYZ]|var ?\d+)"
 )
-_BINOUT = re.compile(r"(?P<axis>[xyz])_(?P<what>displacement|force) (?P<number>\d+)")
+_BINOUT = re.compile(r"(?P<axis>[xyz])_(?P<what>displacement|force) (?P<side>(master|slave) )?(?P<number>\d+)")
 
 
+KINDS = {"displacement": "displacement", "contact_force": "contact", "reaction_force": "reaction"}
+"""Kind of a sensor that is read from a code's files -> of a curve."""
+OTHERS = {"strain": "strain gauges", "pressure": "pressures"}
+"""Kind of a sensor that is not -> what they are called."""
 WHOLE = 0.98
 """Share of the longest sensor's time that the clock of all has to cover."""
 
@@ -55,7 +59,7 @@ def read_deck_results(files: Sequence[str | Path], deck: DeckSensors) -> tuple[H
     for name, sensor in deck.sensors.items():
         made = _sensor(sensor, curves)
         if made is None:
-            missing.append(f"{name} ({sensor.kind.replace('_', ' ')}) is in none of the files")
+            missing.append(_reason(name, sensor.kind))
             continue
         found[name] = np.stack(made)
     if not found:
@@ -72,6 +76,16 @@ def read_deck_results(files: Sequence[str | Path], deck: DeckSensors) -> tuple[H
         channels[name] = np.interp(clock, times, values, left=np.nan, right=np.nan) / system.value(1.0, unit)
         units[name] = unit
     return Histories(deck.begin + clock * second, channels, units), tuple(missing)
+
+
+def _reason(name: str, kind: str) -> str:
+    """Why a sensor has no curve of the other code."""
+    if kind in KINDS:
+        return f"{name} ({kind.replace('_', ' ')}) is in none of the files"
+    return (
+        f"{name}: {OTHERS.get(kind, kind)} are not read from a code's files; compare them by a CSV with the sensors' "
+        "names, without --deck"
+    )
 
 
 def _curves(path: Path, deck: DeckSensors) -> Curves:
@@ -146,6 +160,8 @@ def _of_binout(path: Path, reader) -> Curves:
             match = _BINOUT.fullmatch(name)
             if match is None or (match["what"] == "displacement") != (kind == "displacement"):
                 return None
+            if match["side"] == "slave ":  # the force on the bird
+                return None
             return kind, int(match["number"]), AXES.index(match["axis"]), 1.0
 
         curves |= _named(table, key)
@@ -166,12 +182,21 @@ def _radioss_key(name: str) -> tuple[str, int, int, float] | None:
 
 
 def _named(table: LooseTable, key) -> Curves:
-    """Curves of a table by what their names say; normal and tangential forces of one contact add up."""
-    values, curves = _values(table), dict[tuple[str, int, int], tuple[Array, Array]]()
+    """Curves of a table by what their names say; normal and tangential forces of one contact add up.
+
+    Raises MeasuredError where two columns of a sensor have one name, because one would be lost or counted twice.
+    """
+    values, curves, read = _values(table), dict[tuple[str, int, int], tuple[Array, Array]](), set[str]()
     for column, name in enumerate(table.names):
         found = key(name)
         if found is None:
             continue
+        if name in read:
+            raise MeasuredError(
+                f'{table.path}: two columns are called "{name}"; keep the one of the struck side and delete the other, '
+                "or give the solver's text file"
+            )
+        read.add(name)
         *place, factor = found
         at = (place[0], place[1], place[2])
         before = curves.get(at, (values[:, 0], np.zeros(len(values))))[1]
@@ -186,7 +211,7 @@ def _values(table: LooseTable) -> Array:
 def _sensor(
     sensor: DeckSensor, curves: Mapping[tuple[str, int, int], tuple[Array, Array]]
 ) -> tuple[Array, Array] | None:
-    kind = {"displacement": "displacement", "contact_force": "contact", "reaction_force": "reaction"}.get(sensor.kind)
+    kind = KINDS.get(sensor.kind)
     if kind is None:
         return None
     times, total = None, None

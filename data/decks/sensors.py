@@ -34,18 +34,21 @@ class DeckSensors:
     """code: "lsdyna" or "radioss"; units: name of the system, as `birdstrike export --units` has it.
 
     begin: instant of the case's clock [s] at which the deck's own begins: below 0 where the bird's outermost points
-    reach the plate before the case's stand-off is flown.
+    reach the plate before the case's stand-off is flown; case_hash: of the case that was exported, empty in a file of
+    an earlier version.
     """
 
     code: str
     units: str
     sensors: Mapping[str, DeckSensor]
     begin: float = 0.0
+    case_hash: str = ""
 
     def save(self, path: Path) -> None:
         """Write it as JSON, whole or not at all."""
         sensors = {name: asdict(sensor) for name, sensor in self.sensors.items()}
-        write_json(path, {"code": self.code, "units": self.units, "begin": self.begin, "sensors": sensors})
+        origin = {"code": self.code, "units": self.units, "begin": self.begin, "case_hash": self.case_hash}
+        write_json(path, origin | {"sensors": sensors})
 
 
 def sensors_file(deck: Path) -> Path:
@@ -60,7 +63,8 @@ def read_deck_sensors(path: str | Path) -> DeckSensors:
     try:
         content: Any = json.loads(Path(path).read_text(encoding="utf-8"))
         sensors = {name: _sensor(one) for name, one in content["sensors"].items()}
-        return DeckSensors(content["code"], content["units"], sensors, float(content.get("begin", 0.0)))
+        begin, case_hash = float(content.get("begin", 0.0)), str(content.get("case_hash", ""))
+        return DeckSensors(content["code"], content["units"], sensors, begin, case_hash)
     except (ValueError, KeyError, TypeError) as error:
         raise UserError(f"{path} is not the sensors' file of a deck, or is damaged; export the deck again") from error
 

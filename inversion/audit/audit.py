@@ -31,7 +31,7 @@ from birdstrike.inversion.audit.records import (
 )
 from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
-from birdstrike.inversion.audit.truth_runs import layouts, make_experiments, refuse_other_truths
+from birdstrike.inversion.audit.truth_runs import Layout, layouts, make_experiments, refuse_other_truths
 from birdstrike.inversion.diagnosis.diagnose import refuse_alpha
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
 from birdstrike.solver.case.case import Case, as_case, case_hash, load_case
@@ -39,6 +39,8 @@ from birdstrike.solver.version import SOLVER_VERSION, code_of
 
 CASE = "audit_strike"
 """A coarse case of four sensors: the criteria are stated for one and for four channels."""
+Asked = tuple[int | None, int | None, str | None]
+"""Number of channels, of shots, kind of baseline of the records that are wanted; None for any."""
 
 
 @fills_out("audit")
@@ -53,7 +55,7 @@ def audit(
     baselines: str | None = None,
     make: int = 0,
     forms: int = 0,
-    case: str | Path | Case = CASE,
+    case: str | Path | Case | None = None,
     most: int | None = None,
     progress: Progress = silent,
     say: Callable[[str], None] = warnings.warn,
@@ -71,7 +73,7 @@ def audit(
     channels, shots : only records of so many.
     baselines : only records without a baseline (none), with one of another bird (another) or of the shot's (own).
     make, forms : truths to draw and simulate first, by the declared model and by another one.
-    case : the declared case of the truths that are made.
+    case : the declared case of the truths that are made; None: `audit_strike`.
     most : records answered at most in this call; the others are counted as not yet answered.
     retry_failed : stored failures, of simulations and of answers, are tried again.
     command : what was typed, for audit.json.
@@ -79,8 +81,8 @@ def audit(
     Raises
     ------
     UserError, RunFailed
-        No experiment fits; a file of one cannot be read; `out` holds truths of another case or seed; a truth cannot be
-        simulated.
+        No experiment fits; no record of the case can be as asked; a case without truths to be made; a file of one
+        cannot be read; `out` holds truths of another case or seed; a truth cannot be simulated.
     """
     choice, place = options or DiagnosisOptions(), Path(out)
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
@@ -90,11 +92,16 @@ def audit(
         raise UserError(f'--baselines "{baselines}" is unknown; available: {", ".join(BASELINES)}')
     if folder is not None and (make or forms):
         raise UserError(f"--experiments {folder} and --make exclude each other: truths are made in --out")
+    if case is not None and not (make or forms):
+        raise UserError(
+            f"--case = {case if isinstance(case, str | Path) else case.name}: it is of truths that are made, and "
+            "records that are scored bring their own; add --make N or --make-forms N, or leave --case out"
+        )
     made, asked = place / "experiments", (channels, shots, baselines)
     if make or forms:
-        declared = as_case(case)
+        declared = as_case(CASE if case is None else case)
         refuse_other_truths(declared, made, choice.seed)
-        wanted = tuple(one for one in layouts(declared) if _fits((len(one.channels), one.shots, one.baseline), asked))
+        wanted = _wanted(declared, asked)
         with Simulations(place / "truths", (), choice.workers, retry=choice.retry) as simulations:
             for count, other in ((make, False), (forms, True)):
                 if count:
@@ -102,12 +109,35 @@ def audit(
     source = made if folder is None else Path(folder)
     found = [one for one in find_experiments(source) if _fits(_kind(one, baselines is not None), asked)]
     if not found:
-        counts = [many(n, name) for n, name in ((channels, "channel"), (shots, "shot")) if n is not None]
-        lacking = [*counts, *([f"--baselines {baselines}"] if baselines else [])]
-        raise UserError(f"no experiment in {source} has {' and '.join(lacking)}")
+        raise UserError(f"no experiment in {source} has {_in_words(asked)}")
     refuse_damaged_truths(found)
     scores, failed, left = _scored(found, place, choice, draws, most, progress, say)
     return _written(place, scores, failed, left, choice, draws, command)
+
+
+def _wanted(declared: Case, asked: Asked) -> tuple[Layout, ...]:
+    """The layouts of a case's records that are asked for; raises UserError where there are none."""
+    known = layouts(declared)
+    found = tuple(one for one in known if _fits(_kind_of(one), asked))
+    if not found:
+        channels, shots, baselines = (dict.fromkeys(values) for values in zip(*map(_kind_of, known), strict=True))
+        raise UserError(
+            f"no record of {declared.name} has {_in_words(asked)}: its records have "
+            f"{' or '.join(map(str, channels))} channels, {' or '.join(map(str, shots))} shots and --baselines "
+            f"{', '.join(map(str, baselines))}; ask for these, or leave the option out"
+        )
+    return found
+
+
+def _kind_of(one: Layout) -> tuple[int, int, str]:
+    return len(one.channels), one.shots, one.baseline
+
+
+def _in_words(asked: Asked) -> str:
+    """What records are asked for: "9 channels and 1 shot"."""
+    channels, shots, baselines = asked
+    counts = [many(n, name) for n, name in ((channels, "channel"), (shots, "shot")) if n is not None]
+    return " and ".join([*counts, *([f"--baselines {baselines}"] if baselines else [])])
 
 
 def _refuse_counts(**counts: int | None) -> None:
@@ -124,7 +154,7 @@ def _kind(one: Experiment, by_baseline: bool) -> tuple[int, int, str]:
     return len(read_measured(one.shots[0]).channels), len(one.shots), one.baseline_kind if by_baseline else ""
 
 
-def _fits(kind: tuple[int, int, str], asked: tuple[int | None, int | None, str | None]) -> bool:
+def _fits(kind: tuple[int, int, str], asked: Asked) -> bool:
     return all(wanted in (None, has) for has, wanted in zip(kind, asked, strict=True))
 
 

@@ -35,7 +35,8 @@ class GridConvergence:
 
     order: observed, None where the values do not converge monotonically; order_used, safety: of `order_and_safety`;
     extrapolated: to zero spacing with the order used; uncertainties: of each mesh's value. Without convergence the
-    uncertainty is the spread of the three values, and nothing is extrapolated.
+    uncertainty is the spread of the three values, and nothing is extrapolated. Where the order observed is above the
+    formal one, as where two values agree by chance, it is at least the spread.
     """
 
     behaviour: Behaviour
@@ -46,6 +47,11 @@ class GridConvergence:
     extrapolated: float | None
     uncertainties: tuple[float, float, float]
 
+    @property
+    def spread_taken(self) -> bool:
+        """Whether the order is so far above the formal one that the spread is more than the finest mesh's index."""
+        return self.order is not None and is_above(self.order) and self.uncertainties[0] <= float(np.ptp(self.values))
+
     def index(self, mesh: int) -> float | None:
         """Uncertainty of a mesh's value relative to it: the GCI; None for a value of zero."""
         return self.uncertainties[mesh] / abs(self.values[mesh]) if self.values[mesh] else None
@@ -54,12 +60,13 @@ class GridConvergence:
 def grid_convergence(spacings: Sequence[float], values: Sequence[float]) -> GridConvergence:
     """Convergence of one quantity over three meshes, finest first; raises ValueError for spacings that do not rise.
 
-    Uncertainty of mesh k: Fs |phi_k - extrapolated|, for the finest Fs |phi2 - phi1|/(r21^p - 1), eq. 7.
+    Uncertainty of mesh k: Fs |phi_k - extrapolated|, for the finest Fs |phi2 - phi1|/(r21^p - 1), eq. 7; at least the
+    spread of the three values where the order is above the formal one.
     """
     one, two, three = map(float, values)
     behaviour = behaviour_of(spacings, np.array([[one], [two], [three]]))[0]
+    spread = max(one, two, three) - min(one, two, three)
     if behaviour != "convergent":
-        spread = max(one, two, three) - min(one, two, three)
         return GridConvergence(
             behaviour=behaviour,
             values=(one, two, three),
@@ -72,7 +79,8 @@ def grid_convergence(spacings: Sequence[float], values: Sequence[float]) -> Grid
     order = observed_order(spacings, (one, two, three))
     used, safety = order_and_safety(np.array([order]))
     exact = float(extrapolated(spacings, np.array([one]), np.array([two]), used)[0])
-    off = (safety * abs(one - exact), safety * abs(two - exact), safety * abs(three - exact))
+    least = spread if is_above(order) else 0.0
+    finest, middle, coarsest = (max(safety * abs(value - exact), least) for value in (one, two, three))
     return GridConvergence(
         behaviour="convergent",
         values=(one, two, three),
@@ -80,7 +88,7 @@ def grid_convergence(spacings: Sequence[float], values: Sequence[float]) -> Grid
         order_used=used,
         safety=safety,
         extrapolated=exact,
-        uncertainties=off,
+        uncertainties=(finest, middle, coarsest),
     )
 
 
@@ -114,6 +122,11 @@ def order_and_safety(observed: Array) -> tuple[float, float]:
     if float(np.mean(np.abs(observed - FORMAL))) <= NEAR * FORMAL:
         return FORMAL, SAFETY
     return float(np.mean(np.clip(observed, LOWEST, FORMAL))), SAFETY_AFAR
+
+
+def is_above(order: float) -> bool:
+    """Whether an observed order is above the formal one by more than the asymptotic range allows."""
+    return order > (1.0 + NEAR) * FORMAL
 
 
 def extrapolated(spacings: Sequence[float], fine: Array, middle: Array, order: float) -> Array:
@@ -154,15 +167,20 @@ class CurveConvergence:
 def curve_convergence(spacings: Sequence[float], curves: Array) -> CurveConvergence:
     """Point-wise band of curves (3, n), finest first: the index with one order for all, as Celik's figure 1.
 
-    A point that does not converge has the spread of the three curves there as its band.
+    A point that does not converge has the spread of the three curves there as its band, one whose own order is above
+    the formal one at least that.
     """
     behaviour = behaviour_of(spacings, curves)
     bands = np.tile(np.ptp(curves, axis=0), (3, 1))
     convergent = np.flatnonzero(behaviour == "convergent")
     order, safety = None, None
     if len(convergent):
-        order, safety = order_and_safety(np.array([observed_order(spacings, curves[:, i]) for i in convergent]))
+        observed = np.array([observed_order(spacings, curves[:, i]) for i in convergent])
+        order, safety = order_and_safety(observed)
         three = curves[:, convergent]
-        bands[:, convergent] = safety * np.abs(three - extrapolated(spacings, three[0], three[1], order))
+        least = np.where([is_above(one) for one in observed], bands[:, convergent], 0.0)
+        bands[:, convergent] = np.maximum(
+            safety * np.abs(three - extrapolated(spacings, three[0], three[1], order)), least
+        )
     kinds = ("convergent", "oscillating", "diverging", "unchanged")
     return CurveConvergence(order, safety, bands, {kind: float(np.mean(behaviour == kind)) for kind in kinds})

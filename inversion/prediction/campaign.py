@@ -108,7 +108,7 @@ def run_campaign(
     simulated: Callable[[], None] = lambda: None,
 ) -> Campaign:
     """Simulate the points, call `simulated`, and fit the emulators; raises RunFailed when too few finish."""
-    coarse, fine = _meshes(learnt, case)
+    coarse, fine = used_meshes(learnt, case)
     chosen = _fine_points(points) if fine is not None else []
     cases, failures = _cases(learnt, points, coarse, fine, chosen)
     runs = simulations.run(cases)
@@ -171,7 +171,7 @@ def _difference(fine: Histories, coarse: Histories, name: str, time: Array) -> A
     return np.interp(time, fine.time, fine.channels[name]) - coarse.channels[name]
 
 
-def _meshes(learnt: Learnt, case: Case) -> tuple[Case, Case | None]:
+def used_meshes(learnt: Learnt, case: Case) -> tuple[Case, Case | None]:
     """The meshes of the campaign and of its correction: those that what was learnt stands for."""
     if learnt.diagnosed and learnt.corrected:
         return meshes(case)

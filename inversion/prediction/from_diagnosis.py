@@ -37,8 +37,6 @@ def read_diagnosis(folder: Path) -> Learnt:
     shots = tuple(_shots(folder, found, model))
     explanations = tuple(_explanation(one, model, shape) for one in model["posterior"])
     counts = len(explanations[0].parameters)
-    number = sum(one.probability > 0.0 for one in explanations)
-    likely = f"{number} models" if number > 1 else "the only model"
     other = [one for one in explanations if one.label == SOMETHING_ELSE]
     warnings = list(found.warnings)
     if other and other[0].probability > 0.05:
@@ -48,11 +46,7 @@ def read_diagnosis(folder: Path) -> Learnt:
         )
     if bare := [one["label"] for one in model["posterior"] if "residuals" not in one]:
         warnings.append(_substitutes(folder, bare, _chosen(found)))
-    said = (
-        f"{likely} of the diagnosis' 95 % set by probability, {counts} draws of each from its posterior (joint in "
-        "parameters and magnitudes)",
-        *([f"the bird is that of shot {shots[0].name}; every shot has its own"] if len(shots) > 1 else []),
-    )
+    own = f"the bird is that of shot {shots[0].name}; every shot has its own"
     return Learnt(
         "diagnose",
         folder,
@@ -61,9 +55,11 @@ def read_diagnosis(folder: Path) -> Learnt:
         explanations,
         corrected=case.solver.name != "external",
         diagnosed=True,
-        said=said,
+        said=(own,) if len(shots) > 1 else (),
         next_measurement=found.next_measurement["sentence"] if found.next_measurement else "",
         warnings=tuple(warnings),
+        set_size=sum(one.probability > 0.0 for one in explanations),
+        draws_said=f"{counts} draws of each from its posterior (joint in parameters and magnitudes)",
     )
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +31,8 @@ from birdstrike.inversion.prediction.learnt import (
 )
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.inversion.train_and_invert import OPTIONS_FILE
-from birdstrike.solver.case.case import Case, load_case
+from birdstrike.inversion.train_and_invert import OPTIONS_FILE, case_file
+from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.surrogate.files import read_region
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
@@ -54,7 +55,7 @@ def read_inversion(folder: Path) -> Learnt:
         lacking = ", ".join(missing) if missing else "a verified answer"
         raise UserError(f"--from {folder}: it lacks {lacking}; repeat train-and-invert with the campaign's case")
     first = stored_case(folder)
-    cases, told = _cases(folder, first, max(len(found.shots), 1))
+    cases, told = _cases(folder, first, found)
     table = pd.read_csv(folder / "verification.csv")
     late, method = found.time_offset.value, _method(folder, found, table)
     shots = [
@@ -80,19 +81,37 @@ def read_inversion(folder: Path) -> Learnt:
     )
 
 
-def _cases(folder: Path, first: Case, count: int) -> tuple[list[tuple[int, Case]], list[str]]:
-    """Number and case of each shot as they were named; one without a name of its own has the first's."""
+def _cases(folder: Path, first: Case, found: Inversion) -> tuple[list[tuple[int, Case]], list[str]]:
+    """Number and case of each shot, and a warning for each whose case is not to be had as it was inverted with."""
+    cases, told = [(0, first)], list[str]()
+    for i, shot in enumerate(found.shots[1:], start=1):
+        held = (one for one in _candidates(folder, first, i) if shot.case_hash in ("", case_hash(one)))
+        if (case := next(held, None)) is not None:
+            cases.append((i, case))
+            continue
+        told.append(
+            f"the case of shot {i + 1} (hash {shot.case_hash}) is gone or was edited: its record is left out of the "
+            f"distance and the model error; repeat train-and-invert, which keeps it as {folder / case_file(i + 1)}"
+        )
+    return cases, told
+
+
+def _candidates(folder: Path, first: Case, number: int) -> Iterator[Case]:
+    """Cases that may be that of a shot: the stored one, then, of an earlier version, the first shot's, those of the
+    campaigns, and the file that was named."""
     try:
-        named: Sequence[Any] = json.loads((folder / OPTIONS_FILE).read_text(encoding="utf-8")).get("cases", [])
+        asked: Mapping[str, Any] = json.loads((folder / OPTIONS_FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        named = []
-    found, told = [(0, first)], list[str]()
-    for i in range(1, count):
-        try:
-            found.append((i, first if named[i] is None else load_case(named[i])))
-        except (UserError, IndexError, TypeError):
-            told.append(f"the case of shot {i + 1} is gone: its record is left out of the distance and the model error")
-    return found, told
+        asked = {}
+    named = [*asked.get("cases", [])][number : number + 1]
+    campaigns = [Path(campaign) / "case.toml" for campaign in asked.get("campaigns", [])]
+    places = [folder / case_file(number + 1), None, *campaigns, *(one for one in named if one is not None)]
+    for place in places:
+        with suppress(UserError):
+            if place is None:
+                yield first
+            elif Path(place).is_file():
+                yield load_case(place)
 
 
 def _method(folder: Path, found: Inversion, table: pd.DataFrame) -> str:

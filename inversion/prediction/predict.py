@@ -28,7 +28,7 @@ from birdstrike.inversion.prediction.answer import (
     share_of,
 )
 from birdstrike.inversion.prediction.budget import narrowing, shares
-from birdstrike.inversion.prediction.campaign import run_campaign
+from birdstrike.inversion.prediction.campaign import run_campaign, used_meshes
 from birdstrike.inversion.prediction.carry_over import (
     Carried,
     carried_effects,
@@ -215,7 +215,7 @@ def _assembled(
         sources={name: shares(one) for name, one in draws.items()},
         narrowing=narrowing(draws, learnt, list(setting.held), first),
         explanations=tuple(_averaged(learnt, setting.carried)),
-        posterior=learnt.said,
+        posterior=learnt.posterior,
         tolerances={k: {"value": t.value, "sigma": t.sigma, "unit": t.unit} for k, t in setting.tolerances.items()},
         campaign={
             **campaign.counts,
@@ -276,17 +276,30 @@ def _warnings(setting: Setting, new: Case) -> list[str]:
             "of the campaign's mesh and may be off by what a finer one changes; run the command again with "
             "--retry-failed"
         )
-    if not learnt.corrected and _other_mesh(learnt.case, new):
-        found.append(
-            "the new case has another mesh than the one that the bird was calibrated on, whose error its parameters "
-            "hold: give it the same number of particles and elements of the same size"
-        )
+    found += other_mesh(learnt, new)
     if campaign.torn.any():
         found.append(
             "the plate tears in some of the simulations: curves of torn plates are not smooth in the parameters, so "
             "that the simulated draws themselves make the bands"
         )
     return found
+
+
+def other_mesh(learnt: Learnt, new: Case) -> list[str]:
+    """A warning where the new case is simulated on other meshes than those that the learnt parameters belong to."""
+    pairs = zip(used_meshes(learnt, learnt.case), used_meshes(learnt, new), strict=True)
+    if not any(_other_mesh(there, here) for there, here in pairs if there is not None and here is not None):
+        return []
+    remedy = "give it the same number of particles and elements of the same size"
+    if learnt.corrected:
+        return [
+            f"the new case is simulated on another mesh, coarse or fine, than those of {learnt.source}: the error that "
+            f"their fine mesh left is in what was learnt, and that of the new one may be another; {remedy}"
+        ]
+    return [
+        "the new case has another mesh than the one that the bird was calibrated on, whose error its parameters hold: "
+        f"{remedy}"
+    ]
 
 
 def _other_mesh(learnt: Case, new: Case) -> bool:

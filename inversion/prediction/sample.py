@@ -26,23 +26,30 @@ FEWEST = 3  # simulations of an explanation, however unlikely: its effect must b
 EACH = 4  # simulations for each explanation
 WIDEST = 3.0  # standard deviations of what is drawn anew, and of a tolerance
 EFFECT = "effects."
-TOLERANCE_OF = {
-    "impact_speed": "impact.speed",
-    "impact_angle": "impact.angle",
-    "bird_mass": "bird.mass",
-    "plate_thickness": "plate.thickness",
+EFFECT_OF = {
+    "impact.speed": "impact_speed",
+    "impact.angle": "impact_angle",
+    "bird.mass": "bird_mass",
+    "bird.density": "bird_mass",
+    "plate.thickness": "plate_thickness",
 }
-"""Effect that is drawn anew -> the key whose stated tolerance takes its place."""
+"""Key -> the effect on the same quantity: where that is drawn anew, a stated tolerance takes its place."""
+SECTIONS = ("bird", "impact", "plate", "target")
+"""Of a case, whose quantities may have a tolerance."""
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """A quantity of the new shot that is known within one standard deviation, SI."""
+    """A quantity of the new shot that is known within one standard deviation, SI.
+
+    quantity: the effect on it, or its key where there is none: mass and density of a bird of one size are one quantity.
+    """
 
     key: str
     value: float
     sigma: float
     unit: str
+    quantity: str
 
 
 @dataclass(frozen=True)
@@ -89,12 +96,18 @@ class Sample:
 
 def tolerances_of(case: Case, given: Mapping[str, str], learnt: Learnt) -> dict[str, Tolerance]:
     """Those stated, over those of the case's `inversion.nuisance`; raises UserError with every one that is wrong."""
-    found = {one.key: Tolerance(one.key, one.value, one.sigma, _unit(one.key)) for one in case_nuisances(case)}
-    errors = list[str]()
-    sought = {name for one in learnt.explanations for name in one.names}
+    stated = (Tolerance(n.key, n.value, n.sigma, _unit(n.key), _quantity(case, n.key)) for n in case_nuisances(case))
+    declared = {one.quantity: one for one in stated}
+    found, errors = dict[str, Tolerance](), list[str]()
+    sought = {_quantity(case, name) for one in learnt.explanations for name in one.names}
     for key, text in given.items():
-        mark = quantity_at(key)
-        value = _value(case, key)
+        mark, value, quantity = quantity_at(key), _value(case, key), _quantity(case, key)
+        if (section := key.split(".")[0]) not in SECTIONS:
+            errors.append(
+                f"--tolerance {key}: {section} has no tolerance, only quantities of {', '.join(SECTIONS)} have; write "
+                'impact.speed="1 m/s"'
+            )
+            continue
         if mark is None or value is None:
             errors.append(f'--tolerance {key}: it is no quantity that {case.name} states; write impact.speed="1 m/s"')
             continue
@@ -108,12 +121,26 @@ def tolerances_of(case: Case, given: Mapping[str, str], learnt: Learnt) -> dict[
                 f"--tolerance {key}: one standard deviation of {text} is below 0 or as large as the value itself; "
                 "state it as a difference, not as the value"
             )
-        if key in sought:
+        if quantity in sought:
             errors.append(f"--tolerance {key}: {learnt.folder} has calibrated it, its posterior holds; leave it out")
-        found[key] = Tolerance(key, value, sigma, mark.unit)
+        if quantity in found:
+            errors.append(
+                f"--tolerance {key} and {found[quantity].key} are one quantity ({quantity}); state one of them"
+            )
+        found[quantity] = Tolerance(key, value, sigma, mark.unit, quantity)
     if errors:
         raise UserError(errors)
-    return {key: one for key, one in found.items() if one.sigma > 0.0 and key not in sought}
+    held = (one for name, one in (declared | found).items() if one.sigma > 0.0 and name not in sought)
+    return {one.key: one for one in held}
+
+
+def _quantity(case: Case, key: str) -> str:
+    """The effect on the quantity under a dotted key, else the key itself."""
+    if case.target is not None and key == f"target.parts.{case.target.struck_name}.thickness":
+        return EFFECT_OF["plate.thickness"]
+    if key == "bird.density" and None not in (case.bird.mass, case.bird.density):  # from both the size follows
+        return key
+    return EFFECT_OF.get(key, key)
 
 
 def _unit(key: str) -> str:
@@ -204,6 +231,7 @@ def _of_one(
 ) -> Sample:
     coordinates = _standardised(np.hstack([one.parameters, one.magnitudes]))
     anew = [label for label in one.members if carried[label].how == ANEW]
+    stated = {tolerance.quantity for tolerance in tolerances.values()}
     normals = _normals(n, coordinates.shape[1] + len(anew) + len(tolerances), seed)
     rows = _rows(coordinates, normals[:, : coordinates.shape[1]])
     rest = iter(normals[:, coordinates.shape[1] :].T)
@@ -215,7 +243,7 @@ def _of_one(
         if own.how == ANEW:
             size = own.size * next(rest)
             size = np.abs(size) if own.one_sided else size
-        if own.how == DROPPED or (own.how == ANEW and TOLERANCE_OF.get(own.name) in tolerances):
+        if own.how == DROPPED or (own.how == ANEW and own.name in stated):
             continue
         if own.sensors:
             faults[label] = size

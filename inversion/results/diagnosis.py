@@ -95,6 +95,11 @@ class State:
     solver: Mapping[str, Any] | None = None
     rmse_less_baseline: Mapping[str, float] | None = None
 
+    @property
+    def point(self) -> dict[str, float]:
+        """Dotted key -> fitted value, SI, of those that have one."""
+        return {key: float(one["value"]) for key, one in self.parameters.items() if one["value"] is not None}
+
 
 @dataclass(frozen=True)
 class Errors:

@@ -89,8 +89,7 @@ def correlation(left: Array, right: Array) -> float:
 def magnitude_score(record: Array, simulated: Array) -> float:
     """1 - error / 0.5, the error in the 1-norm along the warping path that costs least."""
     rows, columns = warping_path(simulated, record)
-    error = np.abs(simulated[rows] - record[columns]).sum() / np.abs(record[columns]).sum()
-    return float(np.clip(1.0 - error / WORST_MAGNITUDE, 0.0, 1.0))
+    return _score(np.abs(simulated[rows] - record[columns]), np.abs(record[columns]), WORST_MAGNITUDE)
 
 
 def warping_path(x: Array, y: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -114,8 +113,15 @@ def warping_path(x: Array, y: Array) -> tuple[NDArray[np.int64], NDArray[np.int6
 def slope_score(record: Array, simulated: Array) -> float:
     """1 - error / 2, the error in the 1-norm of the derivatives, each averaged over nine samples."""
     left, right = smoothed(np.gradient(record)), smoothed(np.gradient(simulated))
-    error = np.abs(right - left).sum() / np.abs(left).sum()
-    return float(np.clip(1.0 - error / WORST_SLOPE, 0.0, 1.0))
+    return _score(np.abs(right - left), np.abs(left), WORST_SLOPE)
+
+
+def _score(errors: Array, sizes: Array, worst: float) -> float:
+    """1 - error / worst, the error relative to the record; where that is 0 throughout, 1 without error and else 0."""
+    error, size = float(errors.sum()), float(sizes.sum())
+    if size == 0.0:
+        return float(error == 0.0)
+    return float(np.clip(1.0 - error / size / worst, 0.0, 1.0))
 
 
 def smoothed(values: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -44,7 +44,7 @@ def write_deck(case: Case, path: Path, code: str, system: UnitSystem) -> Written
     else:
         files = (write_lsdyna_deck(path, model, system, head),)
     beside = sensors_file(files[0])
-    outputs(model, code, system).save(beside)
+    replace(outputs(model, code, system), case_hash=case_hash(case)).save(beside)
     bird = len(model.bird.cells) or len(model.bird.points)
     return WrittenDeck(
         files,

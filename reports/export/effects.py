@@ -34,7 +34,8 @@ WIDE = 20
 class FoundEffect:
     """One effect of a diagnosis; magnitude, interval_95 in SI; whole: its name in diagnosis.json, with place or shot.
 
-    changed: the case of the shot that alone has it, else of the first shot, with it; None where that cannot carry it.
+    changed: the case of the shot that alone has it, else of the first shot, with it and what the diagnosis fitted; None
+    where that cannot carry it.
     """
 
     name: str
@@ -69,9 +70,15 @@ def read_effects(folder: Path, case: str | Path | None = None) -> FoundEffects |
         if name not in known or not one.magnitude or (one.name not in named and one.probability < LEAST):
             continue
         own = declared if case or not shot else load_case(_case_of_shot(path.parent, shots, shot))
-        changed = _changed(own, _acting(one.name), one.magnitude)
+        changed = _changed(own, _point(diagnosis, shot), _acting(one.name), one.magnitude)
         found.append(FoundEffect(name, one.name, one.magnitude, one.interval_95, one.probability, changed))
     return FoundEffects(diagnosis.verdict, diagnosis.sentence, tuple(found))
+
+
+def _point(diagnosis: Diagnosis, shot: str) -> dict[str, float]:
+    """What the diagnosis fitted in a shot, of the first where none is named, SI by dotted key."""
+    states = next((one for one in diagnosis.shots if one.name == shot), diagnosis)
+    return (states.after or states.before).point
 
 
 def _acting(label: str) -> str:
@@ -100,9 +107,9 @@ def _case_of_shot(folder: Path, shots: Sequence[str], shot: str) -> Path:
     return file
 
 
-def _changed(declared: Case, name: str, magnitude: float) -> Case | None:
+def _changed(declared: Case, point: Mapping[str, float], name: str, magnitude: float) -> Case | None:
     try:
-        return declared.with_effects({name: magnitude}).resolved()
+        return declared.with_values(point).with_effects({name: magnitude}).resolved()
     except CaseError:
         return None
 
@@ -132,6 +139,8 @@ def _about(effect: FoundEffect) -> Iterator[str]:
         interval = f"95 % interval {shown(limits[0], known.unit, 4)} .. {shown(limits[1], known.unit, 4)}"
     yield f"Effect {effect.whole}: {known.meaning}"
     yield f"magnitude {magnitude}, {interval}, probability {effect.probability:.3g}"
+    if effect.name == "bird_mass":
+        yield "all other constants of the bird are those that the diagnosis fitted; what it did not seek is declared"
 
 
 class _Writer:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.estimates import Answer, Estimate
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.bird.materials.interface import BirdMaterial
+from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case, CaseSource, as_case, case_hash, load_case
 
 MATERIAL = "bird.material."
@@ -30,12 +31,21 @@ COMPARED = ("elastic", "plastic_kinematic", "hydrodynamic")
 
 @dataclass(frozen=True)
 class ExportedBird:
-    """One bird; density [kg/m^3]; remarks: lines about it, the constants that an inversion sought among them."""
+    """One bird; density [kg/m^3]; remarks: lines about it, the constants that an inversion sought among them.
+
+    sph: whether particles carry it, else hexahedra.
+    """
 
     name: str
     material: BirdMaterial
     density: float
     remarks: tuple[str, ...]
+    sph: bool = True
+
+    @classmethod
+    def of(cls, name: str, bird: Bird, remarks: Iterable[str]) -> ExportedBird:
+        """The bird of a case."""
+        return cls(name, bird.material, bird.actual_density, tuple(remarks), bird.method == "sph")
 
 
 @dataclass(frozen=True)
@@ -97,9 +107,8 @@ def read_export(
         f"{_simulated(inversion)}.",
         f"Case {case_hash(base)}: {_impact(base)}.",
     )
-    density = inverted.bird.actual_density
-    first = ExportedBird("inverted", inverted.bird.material, density, tuple(_found(inversion, name)))
-    return Export((first, *_compared(density)), source)
+    first = ExportedBird.of("inverted", inverted.bird, _found(inversion, name))
+    return Export((first, *_compared(first)), source)
 
 
 def refuse_choices(case: str | Path | None, method: str, model: str = "") -> None:
@@ -164,7 +173,7 @@ def _of_model(folder: Path, name: str) -> Export:
         f"Records: {files}. {comparison.provenance}.",
         f"Case of the first {case_hash(base)}: {_impact(base)}.",
     )
-    return Export((ExportedBird(name, bird.material, bird.actual_density, tuple(remarks)),), source)
+    return Export((ExportedBird.of(name, bird, remarks),), source)
 
 
 def _of_diagnosis(path: Path, case: str | Path | None) -> Export:
@@ -175,8 +184,7 @@ def _of_diagnosis(path: Path, case: str | Path | None) -> Export:
     declared = load_case(case or beside)
     found = Diagnosis.read(path)
     estimates = {key: _estimate(one) for key, one in (found.after or found.before).parameters.items()}
-    point = {key: one.value for key, one in estimates.items() if one.value is not None}
-    bird = declared.with_values(point).bird
+    bird = declared.with_values((found.after or found.before).point).bird
     ranges = {parameter.name: (parameter.low, parameter.high) for parameter in declared.parameters()}
     known = [
         f"{key.removeprefix(MATERIAL)}: {_known(one, one.value, ranges.get(key, (math.nan, math.nan)))}"
@@ -188,7 +196,7 @@ def _of_diagnosis(path: Path, case: str | Path | None) -> Export:
         *_records(found),
         f"Case {case_hash(declared)}: {_impact(declared)}.",
     )
-    return Export((ExportedBird("inverted", bird.material, bird.actual_density, tuple(known)),), source)
+    return Export((ExportedBird.of("inverted", bird, known),), source)
 
 
 def _records(found: Diagnosis) -> tuple[str, ...]:
@@ -205,7 +213,7 @@ def _estimate(one: Mapping[str, Any]) -> Estimate:
 
 
 def _of_case(case: Case) -> Export:
-    bird = ExportedBird(case.name, case.bird.material, case.bird.actual_density, ("From the case; not inverted.",))
+    bird = ExportedBird.of(case.name, case.bird, ("From the case; not inverted.",))
     return Export((bird,), (f"Case {case.name} ({case_hash(case)}): {_impact(case)}.",))
 
 
@@ -213,11 +221,12 @@ def _impact(case: Case) -> str:
     return f"bird of {quantity(case.bird.actual_mass, 'kg')}, {flight(case.impact)}"
 
 
-def _compared(density: float) -> Iterator[ExportedBird]:
-    """The paper's other three birds, at the density of this one so that all weigh the same."""
+def _compared(first: ExportedBird) -> Iterator[ExportedBird]:
+    """The paper's other three birds, at the density of this one so that all weigh the same, and by its method."""
     for model in COMPARED:
         material = load_case(f"reference_strike_{model}").bird.material
-        yield ExportedBird(model, material, density, ("Constants of the paper (Tables 10 to 13); not inverted.",))
+        remark = "Constants of the paper (Tables 10 to 13); not inverted."
+        yield ExportedBird(model, material, first.density, (remark,), first.sph)
 
 
 def _case_of(path: Path, inversion: Inversion, given: str | Path | None) -> Case:

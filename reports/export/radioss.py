@@ -55,7 +55,7 @@ def bird_file(export: Export, system: UnitSystem, effects: Iterable[str] = ()) -
     lines = comments("#", head)
     for number, bird in enumerate(export.birds, start=1):
         about = [f"Material {number}, {bird.name.replace('_', ' ')}", *bird.remarks, *remarks_on(bird.material)]
-        lines += comments("#", about) + bird_lines(bird.material, bird.density, number, system, sph=True)
+        lines += comments("#", about) + bird_lines(bird.material, bird.density, number, system, bird.sph)
     return "\n".join([*lines, *effects]) + "\n"
 
 

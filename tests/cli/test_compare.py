@@ -189,3 +189,50 @@ def test_histories_without_numbers_are_refused_by_name(rows: str, tmp_path: Path
     (tmp_path / "histories.csv").write_text(f"time_s,displacement_centre_m\n{rows}")
     with pytest.raises(UserError, match=r"histories\.csv cannot be read: .*; write it again, a row an instant"):
         compare("demo_rig", tmp_path / "histories.csv", tmp_path / "out", settings=SETTINGS)
+
+
+@pytest.mark.parametrize(("times", "line"), [((0.0, 1e-3, 1e-3), 4), ((0.0, 2e-3, 1e-3), 4), ((0.0, "nan", 1e-3), 3)])
+def test_a_clock_that_does_not_rise_is_refused_with_its_line(times: tuple, line: int, tmp_path: Path) -> None:
+    rows = "".join(f"{t},0.001\n" for t in times)
+    (tmp_path / "histories.csv").write_text(f"time_s,displacement_centre_m\n{rows}")
+    with pytest.raises(UserError, match=rf"histories\.csv, line {line}: time_s = .* does not rise above"):
+        compare("demo_rig", tmp_path / "histories.csv", tmp_path / "out", settings=SETTINGS)
+
+
+def test_a_deck_of_another_case_is_told(tmp_path: Path) -> None:
+    history, sensors = t01_of_a_deck(tmp_path)
+    given = {"deck": sensors, "settings": SETTINGS}
+    assert not any("another case" in line for line in compare("demo_rig", history, tmp_path / "a", **given)["warnings"])
+    given["settings"] = {**SETTINGS, "impact.speed": "80 m/s"}
+    found = compare("demo_rig", history, tmp_path / "b", **given)
+    assert "is of another case" in found["warnings"][0]
+    assert "give the deck's --set again" in found["warnings"][0]
+    content = json.loads(sensors.read_text())
+    del content["case_hash"]
+    sensors.write_text(json.dumps(content))
+    older = compare("demo_rig", history, tmp_path / "c", **given)
+    assert not any("another case" in line for line in older["warnings"])
+
+
+def test_a_strain_gauge_is_not_said_to_be_in_none_of_the_files(tmp_path: Path) -> None:
+    history, sensors = t01_of_a_deck(tmp_path)
+    content = json.loads(sensors.read_text())
+    gauge = {"kind": "strain", "unit": "", "numbers": [1], "weights": [1.0], "direction": [1.0, 0.0, 0.0]}
+    content["sensors"]["gauge"] = gauge
+    sensors.write_text(json.dumps(content))
+    (line,) = [
+        one
+        for one in compare("demo_rig", history, tmp_path / "a", deck=sensors, settings=SETTINGS)["missing"]
+        if one.startswith("gauge")
+    ]
+    assert line.startswith("gauge: strain gauges are not read from a code's files")
+
+
+def test_a_sensor_whose_name_is_part_of_another_s_is_named_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from birdstrike.cli import compare as module
+
+    theirs = Histories(TIME, {"displacement_centre": 2e-3 * SHAPE}, {"displacement_centre": "m"})
+    monkeypatch.setattr(module, "_theirs", lambda *_: (theirs, ["contact_force_2 (contact force) is in none"]))
+    (tmp_path / "any").write_text("not read")
+    found = compare("demo_rig", tmp_path / "any", tmp_path / "out", settings=SETTINGS)
+    assert "contact_force has no curve of the other code" in found["missing"]

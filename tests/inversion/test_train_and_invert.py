@@ -20,7 +20,7 @@ from birdstrike.data.store import RunStore
 from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import Extras, _Call, train_and_invert
-from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.surrogate.files import load_emulator, load_network
 from tests.inversion import small_campaign
 from tests.inversion.stand_in import CHANNEL
@@ -354,3 +354,17 @@ def test_shots_share_a_forward_model_that_is_given(tmp_path: Path) -> None:
         own = _Call([], tmp_path, InversionOptions(), more, None, 0.0)
         assert own.solver(case) is own.solver(load_case("demo"))
         assert own.solver(case) is not own.solver(case.overlaid({"impact": {"speed": "80 m/s"}}))
+
+
+def test_the_case_of_every_shot_stays_with_the_answer(doe: Path, measured: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.csv"
+    lines = measured.read_text(encoding="utf-8").splitlines(keepends=True)
+    other.write_text("".join(lines[:-1]), encoding="utf-8")
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "case_3.toml").write_text("of an answer before this one", encoding="utf-8")
+    found = train_and_invert(doe, [measured, other], out, method="emulator", extras=PLAIN)
+    assert [case_hash(load_case(out / name)) for name in ("case.toml", "case_2.toml")] == [
+        shot.case_hash for shot in found.shots
+    ]
+    assert not (out / "case_3.toml").exists()

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
+import sys
 from pathlib import Path
+from types import ModuleType
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -167,3 +171,78 @@ def test_files_without_any_sensor_are_an_error_that_says_what_to_look_for(tmp_pa
     path = time_history(tmp_path / "strikeT01")
     with pytest.raises(MeasuredError, match="no output of a sensor of 1 is there; are they of this deck, radioss"):
         read_deck_results([path], deck("radioss", numbers=(1, 2)))
+
+
+def binout(folder: Path, sides: tuple[int, ...] | None) -> Path:
+    """The branch rcforc of a binout as LS-DYNA writes it: a column for each side of contact 1."""
+    pytest.importorskip("lasso.dyna.binout")
+    lsda = importlib.import_module("lasso.dyna.lsda_py3").Lsda
+    path = folder / "binout0000"
+    file = lsda(str(path), "w")
+    file.cd("/rcforc", 1)
+    file.cd("/rcforc/metadata", 1)
+    file.write("ids", lsda.I4, [1, 1])
+    if sides is not None:
+        file.write("side", lsda.I4, list(sides))
+    for i, (t, f) in enumerate(zip(TIME, FORCE, strict=True)):
+        file.cd(f"/rcforc/d{i + 1:06d}", 1)
+        file.write("time", lsda.R8, [t])
+        for axis, values in zip("xyz", ([0.0, 0.0], [0.0, 0.0], [f, -f]), strict=True):
+            file.write(f"{axis}_force", lsda.R8, values)
+    file.close()
+    return path
+
+
+def test_the_two_sides_of_a_contact_in_a_binout_do_not_cancel(tmp_path: Path) -> None:
+    path = binout(tmp_path, (0, 1))
+    found, missing = read_deck_results([path], deck("lsdyna", "contact_force", (1,)))
+    assert not missing
+    np.testing.assert_allclose(found.channels["sensor"], 1e3 * FORCE, atol=1e-6)
+    out = tmp_path / "record.csv"
+    column = "contact_force=z_force slave 1"
+    options = ("--table", "rcforc", "--sensor", column, "--unit", "kN", "--time-unit", "ms", "--out", str(out))
+    answer = CliRunner().invoke(app, ["import", str(path), *options])
+    assert answer.exit_code == 0, answer.output
+    np.testing.assert_allclose(read_measured(out).channels["contact_force"], 1e3 * FORCE, atol=1e-6)
+
+
+class StoredBinout:
+    """Stands in for lasso-python's reader, where that is not installed: two sides of contact 1."""
+
+    content: ClassVar = {
+        "ids": np.array([1, 1]),
+        "side": np.array([0, 1]),
+        "time": TIME,
+        **{f"{a}_force": np.zeros((len(TIME), 2)) for a in "xy"},
+        "z_force": np.column_stack([FORCE, -FORCE]),
+    }
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+
+    def read(self, *place: str) -> Any:
+        if not place:
+            return ["rcforc"]
+        return list(self.content) if len(place) == 1 else self.content[place[1]]
+
+
+def test_the_two_sides_of_a_contact_are_told_apart_without_the_library(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = ModuleType("lasso.dyna.binout")
+    module.__dict__["Binout"] = StoredBinout
+    for name in ("lasso", "lasso.dyna"):
+        monkeypatch.setitem(sys.modules, name, ModuleType(name))
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.delitem(sys.modules, "birdstrike.data.exports.binout", raising=False)
+    (tmp_path / "binout0000").write_bytes(b"")
+    found, missing = read_deck_results([tmp_path / "binout0000"], deck("lsdyna", "contact_force", (1,)))
+    monkeypatch.delitem(sys.modules, "birdstrike.data.exports.binout")
+    assert not missing
+    np.testing.assert_allclose(found.channels["sensor"], 1e3 * FORCE, atol=1e-6)
+
+
+def test_columns_of_one_name_are_refused_not_added(tmp_path: Path) -> None:
+    path = binout(tmp_path, None)
+    with pytest.raises(MeasuredError, match=r'two columns are called "[xyz]_force 1"'):
+        read_deck_results([path], deck("lsdyna", "contact_force", (1,)))

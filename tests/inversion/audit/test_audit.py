@@ -13,6 +13,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
+from birdstrike.cli.audit import typed
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.audit.answers import answer_key, answered, records
 from birdstrike.inversion.audit.audit import audit as run_audit
@@ -156,6 +157,36 @@ def test_experiments_of_ones_own_and_truths_to_be_made_exclude_each_other(tmp_pa
     assert found.exit_code == 1
     assert "exclude each other" in found.output
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--channels", "9"), "has 9 channels: its records have 1 or 4 channels, 1 or 3 shots and --baselines none"),
+        (("--shots", "2"), "has 2 shots: its records have 1 or 4 channels"),
+    ],
+)
+def test_records_that_no_truth_can_have_are_refused_before_it_is_simulated(
+    tmp_path: Path, words: tuple[str, str], message: str
+) -> None:
+    found = CliRunner().invoke(app, ["audit", "--make", "1", "--out", str(tmp_path / "out"), *words])
+    assert found.exit_code == 1
+    assert message in " ".join(found.output.split())
+    assert not (tmp_path / "out" / "truths").exists()
+
+
+def test_a_case_without_truths_to_be_made_is_refused(tmp_path: Path) -> None:
+    found = CliRunner().invoke(app, ["audit", "--case", "no_such_case", "--out", str(tmp_path / "out")])
+    assert found.exit_code == 1
+    assert "--case = no_such_case: it is of truths that are made" in found.output
+
+
+def test_the_command_is_stored_with_every_option_that_moves_its_figures(bench: Bench) -> None:
+    content = json.loads((bench.folder / "out" / "audit.json").read_text(encoding="utf-8"))
+    assert content["command"] == "birdstrike audit --out audit --make 1 --case case.toml --most 1 --seed 3"
+    assert typed({"make": 0, "most": None, "no-confirm": True, "alpha": 0.1}) == (
+        "birdstrike audit --out audit --no-confirm --alpha 0.1"
+    )
 
 
 def test_a_rate_of_false_alarms_that_is_none_is_refused_before_a_truth_is_simulated(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
 from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence, judge_meshes, run_meshes
 from birdstrike.inversion.mesh_convergence.files import as_json, curves_of, warnings_of
+from birdstrike.inversion.mesh_convergence.grid_convergence import grid_convergence
 from birdstrike.inversion.mesh_convergence.meshes import Mesh, choose_meshes
 from birdstrike.inversion.mesh_convergence.scalars import Scalar, impulse, peak_time, peak_value
 from birdstrike.solver.case.case import Case, load_case
@@ -35,6 +36,7 @@ class SecondOrder:
     spacing: dict[int, float]
     struck: list[tuple[int, float]] = field(default_factory=list)
     fails: Callable[[int, float], bool] = lambda *_: False
+    finest: Callable[[Histories], Histories] = lambda run: run
 
     def __call__(self, case: Case, *, step_factor: float = 1.0, threads: int | None = None) -> Histories:
         assert threads == 1
@@ -46,7 +48,8 @@ class SecondOrder:
         pulse = np.sin(np.pi * CLOCK / 0.9e-3)
         channels = {"displacement_centre": 5e-3 * error * pulse, "contact_force": 1e5 * error * pulse}
         units = {"displacement_centre": "m", "contact_force": "N", "reaction_force": "N"}
-        return Histories(CLOCK, channels | {"reaction_force": 0.0 * CLOCK}, units, {"eroded_particles": 0})
+        run = Histories(CLOCK, channels | {"reaction_force": 0.0 * CLOCK}, units, {"eroded_particles": 0})
+        return self.finest(run) if particles == max(self.spacing) else run
 
 
 def stand_in(meshes: list[Mesh], **options) -> SecondOrder:
@@ -168,6 +171,33 @@ def test_four_meshes_judge_by_the_users_own_and_its_neighbours(tmp_path):
     found = study(four, tmp_path, stand_in(four))
     assert found.used == (0, 1, 2)
     assert len(found.scalars["displacement_centre_peak"][2]) == 4
+
+
+def test_a_plate_that_tears_on_one_mesh_only_is_another_event(meshes, tmp_path):
+    solver = stand_in(meshes, finest=lambda run: replace(run, summary={**run.summary, "eroded_shells": 3}))
+    torn = study(meshes, tmp_path, solver)
+    assert warnings_of(torn)[0].startswith("the plate tears on some meshes only")
+    assert [mesh["eroded_shells"] for mesh in as_json(torn)["meshes"]] == [3, None, None]
+
+
+def test_a_peak_that_another_mesh_cuts_off_is_named_with_that_mesh(meshes, tmp_path):
+    rise = {"displacement_centre": 5.0 * CLOCK}
+    solver = stand_in(meshes, finest=lambda run: replace(run, channels={**run.channels, **rise}))
+    rising = study(meshes, tmp_path, solver)
+    expected = f"displacement_centre_peak lies at time.end on the mesh of {meshes[0].particles} particles: lengthen"
+    assert any(line.startswith(expected) for line in warnings_of(rising))
+
+
+def test_an_order_far_above_the_scheme_s_is_warned_of_before_what_oscillates(meshes, tmp_path):
+    found = study(meshes, tmp_path, stand_in(meshes))
+    spacings = [mesh.bird_spacing for mesh in meshes]
+    scalars = {
+        name: (found.scalars["displacement_centre_peak"][0], grid_convergence(spacings, values), values)
+        for name, values in (("wavy", (1.0, 1.1, 1.05)), ("lucky", (1.479, 1.478, 1.302)))
+    }
+    lines = warnings_of(replace(found, scalars=scalars))
+    assert lines[0].startswith("lucky: the observed order")
+    assert lines[1].startswith("wavy is oscillating")
 
 
 def test_curves_of_all_meshes_stand_beside_the_band(meshes, tmp_path):

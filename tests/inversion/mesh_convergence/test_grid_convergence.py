@@ -76,6 +76,18 @@ def test_an_order_above_the_schemes_own_does_not_shrink_the_uncertainty():
     assert found.uncertainties[0] == pytest.approx(3.0 * change / (1.3**2 - 1.0))
 
 
+def test_two_meshes_that_agree_by_chance_leave_the_spread_of_all():
+    """An order of 25 would give an index of 0.5 % to values that span 12 %."""
+    found = grid_convergence((15.1, 19.0, 23.1), (1.479, 1.478, 1.302))
+    assert found.behaviour == "convergent"
+    assert found.order == pytest.approx(25.0, abs=2.0)
+    assert found.spread_taken
+    assert min(found.uncertainties) == pytest.approx(1.479 - 1.302)
+    assert not grid_convergence(EVEN, power_law(EVEN, 5.0, 0.4, 4.0)).spread_taken
+    curve = curve_convergence((15.1, 19.0, 23.1), np.array([[1.479], [1.478], [1.302]]))
+    assert curve.bands.min() == pytest.approx(1.479 - 1.302)
+
+
 def test_an_order_near_zero_does_not_extrapolate_beyond_one_half():
     found = grid_convergence(EVEN, power_law(EVEN, 5.0, 0.4, 0.1))
     assert (found.order_used, found.safety) == (0.5, 3.0)

@@ -28,7 +28,7 @@ from birdstrike.inversion.prediction.distance import distance
 from birdstrike.inversion.prediction.from_diagnosis import _explanation
 from birdstrike.inversion.prediction.from_inversion import rough_draws
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
-from birdstrike.inversion.prediction.predict import tears
+from birdstrike.inversion.prediction.predict import other_mesh, tears
 from birdstrike.inversion.prediction.sample import affordable, draw, shares_of, tolerances_of
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.solver.case.case import Case, case_from_table, load_case
@@ -134,6 +134,46 @@ def test_a_shot_s_effect_is_drawn_anew_about_zero() -> None:
     assert found.values["effects.impact_speed"].std() == pytest.approx(LABELS["impact_speed"], rel=0.05)
     stated = tolerances_of(case, {"impact.speed": "1 m/s"}, known)  # what is stated takes its place
     assert "effects.impact_speed" not in draw(known, carried_effects(known, case), stated, [100], 0).values
+
+
+@pytest.mark.parametrize(
+    ("stated", "given"),
+    [({"mass": "10 g"}, {}), ({}, {"bird.density": "5 kg/m^3"}), ({"mass": "10 g"}, {"bird.mass": "10 g"})],
+)
+def test_the_mass_of_a_bird_of_stated_density_is_drawn_once(stated: dict[str, str], given: dict[str, str]) -> None:
+    """With its density or its mass as the uncertain quantity, whichever of the two the case gives."""
+    case = tiny().overlaid({"inversion": {"nuisance": stated}})
+    assert case.bird.mass is None
+    known = learnt(("impact_speed", 1.0))
+    mass = replace(known.explanations[0], members=("bird_mass",), effects=("bird_mass",), sizes=(0.07,))
+    known = replace(known, explanations=(mass,))
+    found = tolerances_of(case, given, known)
+    assert len(found) == 1
+    values = draw(known, carried_effects(known, case), found, [100], 0).values
+    assert "effects.bird_mass" not in values
+    assert len({"bird.mass", "bird.density"} & set(values)) == 1
+
+
+def test_a_struck_part_s_thickness_takes_the_place_of_the_effect_on_it() -> None:
+    case = load_case("openradioss_panel")
+    assert case.target is not None
+    key, known = f"target.parts.{case.target.struck_name}.thickness", learnt(("plate_thickness", 1.0))
+    found = tolerances_of(case, {key: "0.1 mm"}, known)
+    assert "effects.plate_thickness" not in draw(known, carried_effects(known, case), found, [100], 0).values
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"time.end": "0.1 ms"}, "--tolerance time.end: time has no tolerance, only quantities of bird, impact"),
+        ({"bird.mass": "10 g", "bird.density": "5 kg/m^3"}, r"are one quantity \(bird_mass\); state one"),
+    ],
+)
+def test_tolerances_of_no_part_of_the_shot_or_of_one_quantity_twice_are_refused(
+    given: dict[str, str], words: str
+) -> None:
+    with pytest.raises(UserError, match=words):
+        tolerances_of(tiny(), given, learnt(("none", 1.0)))
 
 
 def parts_at(known: Learnt, case: Case, finer: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
@@ -342,6 +382,17 @@ def test_rough_draws_keep_to_where_an_answer_was_sought() -> None:
     assert draws[:, 1].std() == pytest.approx(sd, rel=0.1)
 
 
+@pytest.mark.parametrize("corrected", [False, True])
+def test_another_mesh_is_told_after_a_diagnosis_too(corrected: bool) -> None:
+    known = replace(learnt(("none", 1.0)), corrected=corrected, diagnosed=corrected)
+    assert other_mesh(known, tiny()) == []
+    assert other_mesh(known, tiny().overlaid({"impact": {"speed": "70 m/s"}})) == []
+    nx, ny = (3 * n for n in tiny().plate.elements)
+    finer = tiny().with_mesh(27 * tiny().bird.particles, (nx, ny))
+    (line,) = other_mesh(known, finer)
+    assert ("coarse or fine, than those of diagnose" in line) is corrected
+
+
 def test_draws_of_the_angle_stay_within_its_range_at_normal_impact() -> None:
     known, case = learnt(("none", 1.0)), tiny().overlaid({"impact": {"angle": "90 deg"}})
     stated = tolerances_of(case, {"impact.angle": "1 deg", "impact.yaw": "1 deg"}, known)  # a yaw of 0 has one as well
@@ -400,6 +451,10 @@ def test_explanations_that_the_simulations_do_not_suffice_for_are_warned_of() ->
     kept = affordable(many, 8)
     assert [one.label for one in kept.explanations] == ["none", "clamp_rotation"]
     assert kept.said == many.said
+    of_set = replace(many, set_size=len(many.explanations), draws_said="400 draws of each")
+    (before,), (after,) = of_set.posterior, replace(of_set, explanations=kept.explanations).posterior
+    assert before.startswith(f"{len(many.explanations)} models of the diagnosis' 95 % set")
+    assert after.startswith(f"{len(kept.explanations)} of {len(many.explanations)} models of the diagnosis' 95 % set")
     assert kept.warnings == (
         "the bands rest on the likeliest 2 of 3 explanations; the others, with 20 % of the probability, need more "
         "simulations than were allowed: --budget 12 takes all",

@@ -14,10 +14,11 @@ from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
+from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.prediction.answer import Prediction
 from birdstrike.inversion.prediction.from_inversion import CALIBRATED, read_inversion
 from birdstrike.inversion.prediction.predict import PredictOptions, predict
-from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.case.write import case_toml
 from tests.inversion.diagnosis.rig import tiny
 from tests.inversion.prediction import formula
@@ -159,6 +160,38 @@ def test_the_residual_is_of_the_answer_that_is_drawn_from(learnt: Path, tmp_path
     (folder / "posterior.csv").unlink()
     rough = read_inversion(folder).shots[0].errors["displacement_centre"].residual[CALIBRATED]
     assert not np.allclose(rough, alone.shots[0].errors["displacement_centre"].residual[CALIBRATED])
+
+
+def of_two_shots(learnt: Path, folder: Path, other: Case) -> Path:
+    """A folder of train-and-invert as if a second shot of another case had read the same."""
+    shutil.copytree(learnt, folder)
+    content = json.loads((folder / "inversion.json").read_text(encoding="utf-8"))
+    shot = {"path": "shot.csv", "time_offset": 0.0, "inside": True}
+    content["shots"] = [
+        shot | {"suffix": suffix, "case_hash": case_hash(case)} for suffix, case in (("", tiny()), ("@2", other))
+    ]
+    (folder / "inversion.json").write_text(json.dumps(content), encoding="utf-8")
+    table = pd.read_csv(folder / "verification.csv")
+    for column in [name for name in table if name.endswith("_m")]:
+        table[f"{column.removesuffix('_m')}@2_m"] = table[column]
+    table.to_csv(folder / "verification.csv", index=False)
+    return folder
+
+
+def test_a_shot_s_case_is_the_one_that_was_inverted_not_today_s_file(learnt: Path, tmp_path: Path) -> None:
+    other, named = at(FASTER), tmp_path / "other.toml"
+    folder = of_two_shots(learnt, tmp_path / "inversion", other)
+    options = json.loads((folder / "options.json").read_text(encoding="utf-8"))
+    (folder / "options.json").write_text(json.dumps(options | {"cases": [None, str(named)]}), encoding="utf-8")
+    named.write_text(case_toml(at(40.0)), encoding="utf-8")  # edited since
+    edited = read_inversion(folder)
+    assert len(edited.shots) == 1
+    assert "case of shot 2" in edited.warnings[0]
+    assert "is gone or was edited" in edited.warnings[0]
+    (folder / "case_2.toml").write_text(case_toml(other), encoding="utf-8")
+    kept = read_inversion(folder)
+    assert [shot.conditions["speed"] for shot in kept.shots] == [conditions(case)["speed"] for case in (tiny(), other)]
+    assert not kept.warnings
 
 
 def command(folder: Path, learnt: Path, *words: str) -> Result:

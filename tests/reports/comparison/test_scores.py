@@ -10,7 +10,7 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.reports.comparison.clock import best_offset
 from birdstrike.reports.comparison.end_state import penetration, residual_deflection, sensor_of_kind
-from birdstrike.reports.comparison.iso18571 import SAMPLES, rate
+from birdstrike.reports.comparison.iso18571 import SAMPLES, magnitude_score, rate
 from birdstrike.reports.comparison.scores import score, sprague_geers
 from birdstrike.reports.results.results import Results
 from birdstrike.solver.case.case import load_case
@@ -44,6 +44,20 @@ def test_iso_18571_agrees_with_another_implementation(name: str) -> None:
     rating = rate(BUMP, curve)
     found = (rating.corridor, rating.phase, rating.magnitude, rating.slope, rating.overall)
     np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("curve", "slope"), [(np.full(SAMPLES, 2.0), 1.0), (BUMP, 0.0)])
+def test_a_constant_record_has_a_score_of_its_slope(curve: np.ndarray, slope: float) -> None:
+    with np.errstate(all="raise"):
+        found = rate(np.full(SAMPLES, 2.0), curve)
+    assert found.slope == slope
+    assert 0.0 <= found.overall <= 1.0
+
+
+def test_a_record_that_is_zero_where_both_overlap_has_a_magnitude() -> None:
+    none = np.zeros(SAMPLES)
+    with np.errstate(all="raise"):
+        assert (magnitude_score(none, none), magnitude_score(none, BUMP)) == (1.0, 0.0)
 
 
 def test_iso_18571_grades_as_the_standard_does() -> None:

@@ -408,6 +408,33 @@ def test_effects_of_a_diagnosis_are_cards_with_what_is_known_of_them(tmp_path: P
         export(tmp_path, tmp_path / "bird.k", method="emulator")
 
 
+def test_the_card_of_another_mass_has_the_fitted_constants_of_the_bird(tmp_path: Path) -> None:
+    """Those of the shot that alone has the effect, not the declared ones."""
+    fits = {
+        name: state(parameters={"bird.material.viscosity": {"value": value}})
+        for name, value in (("slow", 420.0), ("fast", 350.0))
+    }
+    shots = tuple(ShotStates(name, "demo_rig", fit, None) for name, fit in fits.items())
+    for file in ("case.toml", "diagnosis_fast.toml"):
+        (tmp_path / file).write_text('extends = "demo_rig"\n')
+    for label, value in (("bird_mass", 420.0), ("bird_mass@fast", 350.0)):
+        written_diagnosis(tmp_path, effect(label, 0.05), before=fits["slow"], shots=shots)
+        found = read_effects(tmp_path)
+        assert found is not None
+        (one,) = found.effects
+        assert one.changed is not None
+        assert one.changed.bird.material.viscosity == pytest.approx(value)
+        lines = effect_lines(found, unit_system("m-s-kg-Pa"), "radioss")
+        assert any("other constants of the bird are those that the diagnosis fitted" in line for line in lines)
+
+
+@pytest.mark.parametrize(("method", "law"), [("sph", "PLAS_JOHNS"), ("hexahedra", "COWPER")])
+def test_cards_of_a_bird_are_those_of_its_method(method: str, law: str, tmp_path: Path) -> None:
+    settings = {"bird.method": method}
+    export("reference_strike_plastic_kinematic", tmp_path / "bird.rad", to="radioss", settings=settings)
+    assert f"/MAT/{law}/" in (tmp_path / "bird.rad").read_text()
+
+
 def test_velocity_of_an_effect_is_along_the_impacts_direction(tmp_path: Path) -> None:
     written_diagnosis(tmp_path, effect("impact_speed", 2.0, interval_95=(1.0, 3.0)))
     (tmp_path / "case.toml").write_text('extends = "demo_rig"\n[impact]\ndirection = [0.3, 0.5, -0.7]\n')
