@@ -203,9 +203,9 @@ def verify_all(
 def _of_fit(located: Located, predictive: PriorPredictive, choice: InversionOptions) -> tuple[str, ...]:
     """Why the model cannot produce the record, its likely cause first; an emulator too coarse to tell comes before."""
     if predictive.inside:
-        return located.doubts
+        return located.record_warnings
     outside = prior_predictive_warning(predictive, located.observations, choice.more_runs)
-    return (outside, *located.doubts) if predictive.coarse else (*located.doubts, outside)
+    return (outside, *located.record_warnings) if predictive.coarse else (*located.record_warnings, outside)
 
 
 def _of_runs(verified: Mapping[str, VerificationRun]) -> tuple[str, ...]:

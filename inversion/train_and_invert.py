@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from numbers import Real
 from pathlib import Path
+from shutil import rmtree
 from typing import Any
 
 import numpy as np
@@ -183,6 +184,8 @@ def train_and_invert(
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
     outcome, dataset, record = inverted(shots, more, lambda f: report(share + (1.0 - share) * f))
     withdraw(folder, "inversion.json", "network.npz", TRAINING_FILE, DRAWS_FILE, "verified_*.csv", case_file("*"))
+    for earlier in folder.glob("case_*/"):
+        rmtree(earlier, ignore_errors=True)  # what the withdrawn cases name
     for number, shot in enumerate(shots, start=1):
         if shot.case is not None:
             name = case_file(number)

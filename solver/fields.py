@@ -178,15 +178,14 @@ class Count:
             raise complaint(f"is outside {self.low} .. {self.high}")
         return value
 
-    @staticmethod
-    def _remedy(value: Any) -> str:
+    def _remedy(self, value: Any) -> str:
         """What the user probably meant."""
         text = value.strip() if isinstance(value, str) else value
         if isinstance(text, bool) or not isinstance(text, str | int | float):
             return ""
         with suppress(ValueError, OverflowError):
             whole = float(text)
-            if whole == int(whole):
+            if whole == int(whole) and self.low <= whole <= self.high:
                 return f"; write {int(whole)}{', without quotes' if isinstance(value, str) else ''}"
         return ""
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, share_of
 from birdstrike.surrogate import hidden_size
 from birdstrike.surrogate.holdout import held_out
 from birdstrike.surrogate.network import Shape, forward, nguyen_widrow
@@ -20,6 +20,7 @@ from birdstrike.surrogate.trainers import adam, bayesian_regularisation, ensembl
 from birdstrike.surrogate.trainers.training import Samples, Training
 
 HIDDEN = 9  # found best among 7 to 14 by the authors of the bird-strike network
+SEARCH = 0.9  # share of the progress that a search for the hidden size takes
 ROUNDING = 1e-6  # of a channel's largest value
 OUTPUTS = {"bounded": BoundedScaling, "linear": Scaling}
 """Outputs that stay inside the ranges, and those of the bird-strike network, which may leave them."""
@@ -117,7 +118,7 @@ def fit_network(
     "ensemble" (50 networks by Levenberg-Marquardt); hidden: None searches 7 to 14 by cross-validation among the
     training runs; copies: of every training run with noise (inputs,) SI on its inputs, and with nuisances (inputs, s)
     SI, the change of the inputs for one standard deviation of each. outputs: "bounded" or "linear".
-    Raises UserError for an unknown trainer or kind of outputs.
+    Raises UserError for an unknown trainer or kind of outputs, and for a search among fewer than 3 training runs.
     """
     if outputs not in OUTPUTS:
         raise UserError(f'outputs = "{outputs}" is unknown; use one of: {", ".join(OUTPUTS)}')
@@ -130,7 +131,10 @@ def fit_network(
     x, t = inputs.to_unit(values), ranges.to_unit(theta)
     notes, tried = _notes(inputs), ()
     if hidden is None:
-        tried = hidden_size.search(x[train], t[train], seed=seed, progress=progress, share=ranges.share)
+        tried = hidden_size.search(
+            x[train], t[train], seed=seed, progress=share_of(progress, 0.0, SEARCH), share=ranges.share
+        )
+        progress = share_of(progress, SEARCH, 1.0)
         hidden, notes = hidden_size.best(tried).hidden, (*notes, _tried(tried))
     shape = Shape(values.shape[1], hidden, theta.shape[1])
     learnt = _augmented(inputs, values[train], noise, copies, seed, nuisances)

@@ -13,7 +13,7 @@ from typing import Annotated, Any, cast
 import typer
 from typer.core import TyperCommand
 
-from birdstrike.cli.frame import print_json, unset
+from birdstrike.cli.frame import missing_sign, print_json
 from birdstrike.data.errors import UserError
 
 COMMANDS = (
@@ -70,7 +70,7 @@ class StrictCommand(TyperCommand):
         if args and not ctx.resilient_parsing:
             for option, setting in pairwise(args):
                 if option == "--set" and "=" not in setting:
-                    ctx.fail(unset(setting))
+                    ctx.fail(missing_sign(setting))
             order = self.make_parser(ctx).parse_args(args=list(args))[2]
             single = [one.opts[0] for one in order if not getattr(one, "multiple", False)]
             for name in RECORDS:

@@ -229,12 +229,12 @@ def print_json(content: Mapping[str, Any]) -> None:
 def overrides(settings: Iterable[str]) -> dict[str, str]:
     """Dotted keys and texts of `--set key=value` options; raises UserError."""
     pairs = [setting.partition("=") for setting in settings]
-    if unread := [unset(key) for key, sign, _ in pairs if not sign]:
+    if unread := [missing_sign(key) for key, sign, _ in pairs if not sign]:
         raise UserError(unread)
     return {key.strip(): value.strip() for key, _, value in pairs}
 
 
-def unset(setting: str) -> str:
+def missing_sign(setting: str) -> str:
     """What is wrong with a --set that has no sign."""
     return f'--set {setting}: write --set key=value, such as --set plate.thickness="8 mm"'
 

@@ -207,12 +207,12 @@ def _conclude(out: Path, loaded: Case, planned: Design, again: Sequence[str | Pa
         say(following("train-and-invert", out, "--measured", record, "--out", inverted, *allowed))
     if summary["failed"]:
         numbers = ", ".join(str(entry["run"]) for entry in summary["failed"])
-        again = "--retry-failed tries these again"
+        remedy = "--retry-failed tries these again"
         if any(entry["status"] == "pending" for entry in summary["runs"]):
-            again = "the same command repeats those that the machine ended, --retry-failed the others too"
+            remedy = "the same command repeats those that the machine ended, --retry-failed the others too"
         raise RunFailed(
             f"{len(summary['failed'])} of {runs} runs failed and are left out: run {numbers}",
-            f"their reasons stand in {out / 'summary.json'}; the others can be used; {again}",
+            f"their reasons stand in {out / 'summary.json'}; the others can be used; {remedy}",
         )
     return {
         "out": str(out),

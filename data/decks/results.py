@@ -193,8 +193,8 @@ def _named(table: LooseTable, key) -> Curves:
             continue
         if name in read:
             raise MeasuredError(
-                f'{table.path}: two columns are called "{name}"; keep the one of the struck side and delete the other, '
-                "or give the solver's text file"
+                f'{table.path}: two columns are called "{name}", and which is of the struck side is not said; give the '
+                "solver's text file"
             )
         read.add(name)
         *place, factor = found

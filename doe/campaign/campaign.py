@@ -73,6 +73,10 @@ def run_campaign(
     runs = plan(case, design, solver)
     if simulate is None:
         refuse_unbuildable(case)
+    if scheduler is not None:
+        from birdstrike.doe.campaign.cluster import refuse_address  # late: only a campaign on a cluster needs it
+
+        refuse_address(scheduler)
     folder = CampaignFolder(Path(out))
     other_sources = folder.other_sources(case)
     folder.claim(case, design)

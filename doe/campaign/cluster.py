@@ -56,16 +56,10 @@ def cluster(address: str) -> Iterator[Cluster]:
     Raises UserError for what is no address, when no scheduler answers, and when a worker has no birdstrike or another
     version of its solver.
     """
-    try:
-        from distributed import Client, KilledWorker
-        from distributed.comm.addressing import get_address_host_port
-    except ModuleNotFoundError as error:
-        raise UserError('--scheduler needs dask.distributed: pip install "birdstrike[cluster]"') from error
+    refuse_address(address)
+    from distributed import Client, KilledWorker
+
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a loss is told once, without its traceback
-    try:
-        get_address_host_port(address)  # a Client that cannot read it would wait 40 s and end with a traceback
-    except ValueError as error:
-        raise UserError(f"--scheduler = {address} is no address ({error}); write tcp://host:8786") from error
     try:
         client = Client(address, timeout=ANSWER_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
@@ -80,6 +74,18 @@ def cluster(address: str) -> Iterator[Cluster]:
             yield Cluster(executor, sum(cast(dict[str, int], client.nthreads()).values()), (KilledWorker,))
         finally:
             executor.shutdown(wait=False)
+
+
+def refuse_address(address: str) -> None:
+    """Raise UserError for what is no address of a scheduler, or where the library is missing."""
+    try:
+        from distributed.comm.addressing import get_address_host_port
+    except ModuleNotFoundError as error:
+        raise UserError('--scheduler needs dask.distributed: pip install "birdstrike[cluster]"') from error
+    try:
+        get_address_host_port(address)  # a Client that cannot read it would wait 40 s and end with a traceback
+    except ValueError as error:
+        raise UserError(f"--scheduler = {address} is no address ({error}); write tcp://host:8786") from error
 
 
 def worker_command(address: str) -> str:

@@ -93,8 +93,9 @@ class CampaignFolder:
 
     @property
     def _begun(self) -> bool:
-        """Whether anything was simulated."""
-        return self.curves.exists() or (self.runs.is_dir() and any(self.runs.iterdir()))
+        """Whether its simulations have begun, before which summary.json is written, or runs lie there."""
+        kept = self.runs.iterdir() if self.runs.is_dir() else ()
+        return self.summary.exists() or any(not _TEMPORARY.fullmatch(path.name) for path in kept)
 
     def read_summary(self) -> dict[str, Any]:
         """Content of summary.json, empty where there is none."""

@@ -127,7 +127,12 @@ def inactivity_sentences(design: Design, runs: Sequence[PlannedRun]) -> list[str
 def running(
     folder: CampaignFolder, case: Case, design: Design, runs: Sequence[PlannedRun], version: str
 ) -> dict[str, Any]:
-    """Write the summary of a campaign that has not finished, and return it."""
+    """Write the summary of a campaign that has not finished, and return it.
+
+    design.calls: runs that were asked for, one after the other: an extended design is not one of so many runs.
+    """
+    held, asked = folder.read_summary().get("design", {}), len(design.numbers)
+    before = [runs for runs in held.get("calls", [held["runs"]] if held else []) if runs < asked]
     summary: dict[str, Any] = {
         "state": "running",
         "case_name": case.name,
@@ -137,7 +142,8 @@ def running(
             "kind": design.kind,
             "seed": design.seed,
             "source": design.source,
-            "runs": len(design.numbers),
+            "runs": asked,
+            "calls": [*before, asked],
             "digest": rows_digest(design_text(design).splitlines()),
             **design.quality().as_json(),
         },

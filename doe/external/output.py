@@ -91,7 +91,7 @@ def _read_columns(path: Path, reading: Reading) -> Curve:
     for i, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
         text = "" if line.lstrip().startswith(_COMMENT) else line.strip()
         cells = text.replace(",", " ").split()
-        if cells and _NUMBER.fullmatch(cells[0]) and _DECIMAL_COMMAS.fullmatch(text):
+        if cells and "." not in text and _NUMBER.fullmatch(cells[0]) and _DECIMAL_COMMAS.fullmatch(text):
             raise ValueError(f"line {i} has decimal commas: {text}; write points")
         if cells and all(_NUMBER.fullmatch(cell) for cell in cells):
             rows.append([_number(cell) for cell in cells])

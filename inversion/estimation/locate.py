@@ -93,8 +93,8 @@ class InversionOptions:
 class Located:
     """The measurement laid over the campaign: time origin, prior predictive check and residual.
 
-    doubts: about the record's sign, unit and clock; warnings: about the answer, the gravest first, less what the prior
-    predictive check says; remarks: what was left out or assumed of record and campaign.
+    record_warnings: about the record's sign, unit and clock; warnings: about the answer, the gravest first, less what
+    the prior predictive check says; remarks: what was left out or assumed of record and campaign.
     """
 
     calibration: Calibration
@@ -102,7 +102,7 @@ class Located:
     origin: TimeOrigin
     prior_predictive: PriorPredictive
     residual: ResidualCorrelation
-    doubts: tuple[str, ...]
+    record_warnings: tuple[str, ...]
     warnings: tuple[str, ...]
     remarks: tuple[str, ...]
 
@@ -160,7 +160,7 @@ def locate(
         origin=origin,
         prior_predictive=predictive,
         residual=residual,
-        doubts=implausible(dataset, observations, choice.time_offset),
+        record_warnings=implausible(dataset, observations, choice.time_offset),
         warnings=warnings,
         remarks=(*observations.warnings, *origin_remarks, *emulator_warnings(emulator, dataset)),
     )

@@ -18,7 +18,7 @@ from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError, unseen_parts
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis
-from birdstrike.inversion.results.diagnosis_files import MODEL, RESULT, curve_files
+from birdstrike.inversion.results.diagnosis_files import MODEL, RESULT, curve_files, read_curves
 
 Tree = Mapping[str, Any]
 
@@ -114,13 +114,15 @@ def _shots(folder: Path, diagnosis: Diagnosis, model: Tree) -> list[LearntShot]:
     for i, (name, file, where, contact) in enumerate(zip(names, files, conditions, contacts, strict=True)):
         if not (folder / file).is_file():
             raise UserError(f"--from {folder}: {file} is missing; repeat the diagnose command with the same --out")
-        table = pd.read_csv(folder / file)
+        table = read_curves(folder / file)
         stored = {one["label"]: one["residuals"][i] for one in model["posterior"] if "residuals" in one}
         system, errors = model["systems"][model["shots"][i]["system"]], dict[str, SensorError]()
         for channel, part in table.groupby("channel", sort=False):
             error = _error(part, str(channel), chosen, stored, model, float(contact))
             finer = _finer(system, str(channel), error.times + float(contact))
             errors[str(channel)] = replace(error, finer=finer)
+        if not errors:
+            raise UserError(f"--from {folder}: {file} holds no sensor; repeat the diagnose command with the same --out")
         found.append(LearntShot(name, where, errors))
     return found
 

@@ -13,6 +13,7 @@ import pandas as pd
 from pydantic import ValidationError
 from scipy.stats import truncnorm
 
+from birdstrike.data.columns import read_own_table
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array
@@ -30,7 +31,7 @@ from birdstrike.inversion.prediction.learnt import (
     calibrated_error,
 )
 from birdstrike.inversion.results.estimates import Estimate
-from birdstrike.inversion.results.inversion import Inversion
+from birdstrike.inversion.results.inversion import AGAIN, Inversion
 from birdstrike.inversion.train_and_invert import OPTIONS_FILE, case_file
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.surrogate.files import read_region
@@ -56,7 +57,7 @@ def read_inversion(folder: Path) -> Learnt:
         raise UserError(f"--from {folder}: it lacks {lacking}; repeat train-and-invert with the campaign's case")
     first = stored_case(folder)
     cases, told = _cases(folder, first, found)
-    table = pd.read_csv(folder / "verification.csv")
+    table = read_own_table(folder / "verification.csv", ["time_s"], AGAIN)
     late, method = found.time_offset.value, _method(folder, found, table)
     shots = [
         LearntShot(f"shot {i + 1}", conditions(case), _errors(table, method, suffix(i), case, late))
@@ -132,7 +133,7 @@ def _posterior(
     names = tuple(found.ranges)
     figures, kept = found.posterior, found.stored_draws(folder)
     if method == EMULATOR and figures is not None and kept is not None:
-        draws = pd.read_csv(kept)[list(names)].to_numpy(float)
+        draws = read_own_table(kept, list(names), AGAIN)[list(names)].to_numpy(float)
         unsettled = [] if figures.converged else ["the posterior's chains had not settled: the bands are rough"]
         return names, draws, f"{len(draws)} draws of the emulator's posterior ({figures.draws})", unsettled
     answer = found.methods[method]

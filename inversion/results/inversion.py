@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field, TypeAdapter
 
+from birdstrike.data.columns import read_columns
 from birdstrike.data.display import Displayed, own_axes
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SCHEMA_VERSION = 1
+
+AGAIN = "repeat train-and-invert"
+"""What to do about a damaged file of an inversion."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -159,10 +163,8 @@ class Inversion(Displayed):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # arviz announces its next version on import
             import arviz
-        import pandas as pd
-
-        table = pd.read_csv(draws_file)
-        draws: dict[str, Any] = {name: table[name].to_numpy(float)[None] for name in figures.names}
+        table = read_columns(draws_file, list(figures.names), AGAIN)
+        draws: dict[str, Any] = {name: values[None] for name, values in table.items()}
         known = {
             "chain_steps": figures.steps,
             "acceptance": figures.acceptance,

@@ -46,11 +46,15 @@ def shot_difference(inversion: Path, diagnosis: Path) -> str:
     number = next((i for i, one in enumerate(shots) if not own.differs(one)), None)
     if number is None and shots and len(shots) == len(names):
         return f"the diagnosis in {diagnosis} {_other_record(own, shots)} in {inversion}"
-    wanted, found = answer.get("case_hash"), _hash(diagnosis / case_files(names or [""])[number or 0])
-    if wanted and found and wanted != found:
+    files = case_files(names or [""])
+    wanted, found = (
+        answer.get("case_hash"),
+        [_hash(diagnosis / one) for one in (files if number is None else [files[number]])],
+    )
+    if wanted and all(found) and wanted not in found:
         return (
-            f"the diagnosis in {diagnosis} is of another case (hash {found}) than the inversion in {inversion} (hash "
-            f"{wanted})"
+            f"the diagnosis in {diagnosis} is of another case (hash {', '.join(found)}) than the inversion in "
+            f"{inversion} (hash {wanted})"
         )
     return ""
 

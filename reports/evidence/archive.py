@@ -14,6 +14,7 @@ from typing import Any
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import plain, read_json, whole_file
 from birdstrike.doe.solvers import simulated_by, solver_for
+from birdstrike.inversion.train_and_invert import case_file
 from birdstrike.reports.evidence.sources import CAMPAIGN_FILES, Sources, find_sources, repeat_line, repeat_words
 from birdstrike.reports.evidence.summary import summary_page
 from birdstrike.reports.evidence.verification_rows import Aspect, aspects, read_rows
@@ -28,8 +29,8 @@ PAGE, MANIFEST, CHECKS = "SUMMARY.md", "manifest.json", "verification.json"
 LEFT_OUT = (".birdstrike.json",)
 HELD = "case.toml"
 """The case of a folder of results."""
-CASES = (HELD, "diagnosis_*.toml", "baseline_*.toml")
-"""Those of a diagnosis: of its shots and baselines."""
+CASES = (HELD, case_file("*"), "diagnosis_*.toml", "baseline_*.toml")
+"""Those of an inversion's shots, and of a diagnosis' shots and baselines."""
 
 
 @dataclass(frozen=True)

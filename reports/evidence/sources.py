@@ -18,9 +18,10 @@ from birdstrike.data.paths import resolve_measured
 from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.inversion import Inversion
+from birdstrike.inversion.train_and_invert import case_file
 from birdstrike.reports.results.commands import invert_words, stored_options
 from birdstrike.reports.results.parts import find_parts
-from birdstrike.solver.case.case import Case, case_from_table, load_case, raw_case
+from birdstrike.solver.case.case import Case, case_from_table, raw_case
 
 MAKERS = ("train-and-invert", "close-the-loop", "start")
 """Commands whose folders hold an inversion, of which evidence can be made."""
@@ -75,9 +76,9 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     if altered:
         raise UserError(altered)
     records = _records(options, measured)
-    cases = tuple(Path(one) for one in options["cases"] if one)
-    held = parts.inversion / "case.toml"
-    case = _case(cases, held if held.is_file() else campaigns[0] / "case.toml", campaigns[0])
+    cases = tuple(_held(parts.inversion, number, Path(one)) for number, one in enumerate(options["cases"], 1) if one)
+    held = parts.inversion / case_file(1)
+    case = _case(options["cases"], held if held.is_file() else campaigns[0] / "case.toml", campaigns[0])
     report = next((page for page in (folder / "report.html", parts.inversion / "report.html") if page.is_file()), None)
     points = [*told, *([] if report else [f"no report.html in {folder.name}: make it with birdstrike report"])]
     beside: tuple[Path, ...] = ()
@@ -137,11 +138,17 @@ def _gone(records: Sequence[str]) -> str:
     )
 
 
-def _case(cases: Sequence[Path], held: Path, campaign: Path) -> Case:
-    """The first record's case, by its own name: of one that is held as case.toml the campaign says it."""
-    if cases:
-        return load_case(cases[0])
-    return case_from_table(raw_case(held), read_json(campaign / "case.json").get("name", held.stem))
+def _held(inversion: Path, number: int, named: Path) -> Path:
+    """The case of a shot as the inversion keeps it; of an earlier version the file that was named."""
+    kept = inversion / case_file(number)
+    return kept if kept.is_file() else named
+
+
+def _case(named: Sequence[str | None], held: Path, campaign: Path) -> Case:
+    """The first record's case, by its own name, which its file had, else the campaign says it."""
+    first = next(iter(named), None)
+    own = Path(first).stem if first else read_json(campaign / "case.json").get("name", held.stem)
+    return case_from_table(raw_case(held), own)
 
 
 def _campaigns(options: Mapping[str, Any], found: Path | None, given: Path | None) -> tuple[Path, ...]:

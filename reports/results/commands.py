@@ -92,8 +92,10 @@ def _campaign(results: Results) -> Command:
     design = results.campaign["design"]
     words = ["birdstrike", "run-doe", str(results.doe / "case.toml"), "--out", f"{AGAIN}/doe"]
     words += ["--design", str(design["source"] or design["kind"])]
-    words += [] if design["source"] else ["--runs", str(design["runs"]), "--seed", str(design["seed"] or 0)]
-    return Command("campaign", tuple(words))
+    first, *further = design.get("calls", [design["runs"]])
+    words += [] if design["source"] else ["--runs", str(first), "--seed", str(design["seed"] or 0)]
+    then = [] if design["source"] else [f"then the same with --runs {runs}" for runs in further]
+    return Command("campaign", tuple(words), tuple(then))
 
 
 def _inversion(results: Results) -> Command:
@@ -139,7 +141,7 @@ def diagnosis_command(folder: Path) -> Command:
     words = ["birdstrike", "diagnose", cases[0], *_repeated("--measured", records), *_repeated("--case", cases[1:])]
     words += _repeated("--baseline", clean.values())
     words += _repeated("--baseline-case", [str(folder / baseline_file(name)) for name in clean])
-    words += ["--baseline-bird", told["baseline_bird"]] if clean else []
+    words += ["--baseline-bird", told["baseline_bird"]] if clean or len(shots) > 1 else []
     words += ["--heldout", told["heldout"]] if told["heldout"] else []
     words += ["--channels", ",".join(told["channels"])] if told["channels"] else []
     words += ["--alpha", str(found.alpha), "--refine", str(told["refine"]), "--seed", str(told["seed"])]

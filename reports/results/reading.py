@@ -22,14 +22,12 @@ from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.ingredients import ShotFigures
-from birdstrike.inversion.results.inversion import Inversion
+from birdstrike.inversion.results.inversion import AGAIN, Inversion
 from birdstrike.reports.results.parts import Parts, find_parts, invert_again
 from birdstrike.reports.results.results import CampaignResults, Convergence, InversionResults, Results, RunSummary
 
 T = TypeVar("T")
 Simulated = dict[str, dict[str, Array]]
-AGAIN = "repeat train-and-invert"
-"""What to do about a damaged file of an inversion."""
 
 
 def first_shot(inversion: Inversion) -> Inversion:

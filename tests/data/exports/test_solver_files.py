@@ -226,15 +226,20 @@ class StoredBinout:
         return list(self.content) if len(place) == 1 else self.content[place[1]]
 
 
-def test_the_two_sides_of_a_contact_are_told_apart_without_the_library(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def stand_in(monkeypatch: pytest.MonkeyPatch, reader: type[StoredBinout]) -> None:
+    """The reader in the place of lasso-python's."""
     module = ModuleType("lasso.dyna.binout")
-    module.__dict__["Binout"] = StoredBinout
+    module.__dict__["Binout"] = reader
     for name in ("lasso", "lasso.dyna"):
         monkeypatch.setitem(sys.modules, name, ModuleType(name))
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.delitem(sys.modules, "birdstrike.data.exports.binout", raising=False)
+
+
+def test_the_two_sides_of_a_contact_are_told_apart_without_the_library(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stand_in(monkeypatch, StoredBinout)
     (tmp_path / "binout0000").write_bytes(b"")
     found, missing = read_deck_results([tmp_path / "binout0000"], deck("lsdyna", "contact_force", (1,)))
     monkeypatch.delitem(sys.modules, "birdstrike.data.exports.binout")
@@ -242,7 +247,15 @@ def test_the_two_sides_of_a_contact_are_told_apart_without_the_library(
     np.testing.assert_allclose(found.channels["sensor"], 1e3 * FORCE, atol=1e-6)
 
 
-def test_columns_of_one_name_are_refused_not_added(tmp_path: Path) -> None:
-    path = binout(tmp_path, None)
+class OneName(StoredBinout):
+    """Two columns of contact 1, of which no side is stated."""
+
+    content: ClassVar = {name: value for name, value in StoredBinout.content.items() if name != "side"}
+
+
+def test_columns_of_one_name_are_refused_not_added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stand_in(monkeypatch, OneName)
+    (tmp_path / "binout0000").write_bytes(b"")
     with pytest.raises(MeasuredError, match=r'two columns are called "[xyz]_force 1"'):
-        read_deck_results([path], deck("lsdyna", "contact_force", (1,)))
+        read_deck_results([tmp_path / "binout0000"], deck("lsdyna", "contact_force", (1,)))
+    monkeypatch.delitem(sys.modules, "birdstrike.data.exports.binout")

@@ -17,7 +17,7 @@ from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.folder import DAY, CampaignFolder
 from birdstrike.doe.campaign.planned import planned_design
-from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.doe.campaign.results import load_dataset, running
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
@@ -53,6 +53,7 @@ def test_a_longer_sobol_design_runs_only_the_added_strikes(tmp_path: Path) -> No
     first, second = (json.loads((folder / "summary.json").read_text(encoding="utf-8")) for folder in (out, whole))
     for summary in (first, second):
         assert [run.pop("wall_s") for run in summary["runs"]] == [None] * 8
+    assert [summary["design"].pop("calls") for summary in (first, second)] == [[4, 8], [8]]
     assert first == second
     same(extended, load_dataset(out))
 
@@ -257,3 +258,17 @@ def test_an_extension_stopped_before_its_first_run_leaves_the_campaign_and_may_b
         assert (tmp_path / "summary.json").read_bytes() == summary
     assert len(campaign(tmp_path, planned_design("lhs", SPACE, 6, 0, tmp_path), diary=diary).runs) == 6
     assert len(attempts(diary)) == 6
+
+
+def test_a_summary_tells_the_calls_that_made_its_design(tmp_path: Path) -> None:
+    for runs in (6, 9, 9):
+        campaign(tmp_path, planned_design("lhs", SPACE, runs, 0, tmp_path))
+    assert json.loads((tmp_path / "summary.json").read_text())["design"]["calls"] == [6, 9]
+
+
+def test_a_campaign_whose_first_run_is_under_way_is_no_free_folder(tmp_path: Path) -> None:
+    planned = design(6)
+    CampaignFolder(tmp_path).claim(reference(), planned)
+    running(CampaignFolder(tmp_path), reference(), planned, [], VERSION)
+    with pytest.raises(UserError, match="the lhs design of 6 runs and seed 0, not with the lhs design of 4 runs"):
+        CampaignFolder(tmp_path).claim(reference(), design(4, 1))

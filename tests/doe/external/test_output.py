@@ -135,7 +135,7 @@ def test_a_row_that_is_no_row_of_numbers_is_named(tmp_path: Path, row: str, said
 
 
 def test_titles_between_rows_commas_and_fortran_s_short_exponents_are_read(tmp_path: Path) -> None:
-    text = "1 st run\n0, 5\npage 2\n1.0-1,  6.0+1\n0.2,7\n"
+    text = "1 st run\n0, 5\npage 2\n1.0-1,  6.0+1\n0.2,7.0 9\n"
     time, forces = read_sensor(written(tmp_path, text), COLUMNS)
     np.testing.assert_allclose(time, [0.0, 1e-4, 2e-4])
     np.testing.assert_allclose(forces, [5.0, 60.0, 7.0])

@@ -47,3 +47,17 @@ def test_a_diagnosis_of_an_earlier_version_has_no_command(laboratory: Laboratory
         assert diagnosis_command(path.parent).line.startswith("no command can be given: ")
     finally:
         path.write_text(text)
+
+
+def test_the_birds_of_several_shots_are_stated_again(laboratory: Laboratory) -> None:
+    """Without a baseline too: whether their birds are alike counts."""
+    path = laboratory.folder / "out" / "diagnosis.json"
+    text = path.read_text()
+    told = json.loads(text)
+    told["options"] |= {"baselines": {}, "baseline_bird": "same"}
+    told["record"] |= {"shots": ["one", "two"], "files": ["one.csv", "two.csv"]}
+    path.write_text(json.dumps(told))
+    try:
+        assert "--baseline-bird same" in diagnosis_command(path.parent).line
+    finally:
+        path.write_text(text)

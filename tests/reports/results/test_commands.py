@@ -103,3 +103,14 @@ def test_the_page_gives_the_commands(finished: Path, page: Path) -> None:
     told = dict(row for table in rows for row in table if len(row) == 2)
     for command in commands(read_results(finished)):
         assert told[f"command of the {command.made}"] == command.line
+
+
+def test_the_command_of_an_extended_campaign_says_each_call(loop: Path) -> None:
+    """Of another design than sobol's the first 25 runs of 40 are not the 25."""
+    path = loop / "doe" / "summary.json"
+    summary = json.loads(path.read_text())
+    summary["design"]["calls"] = [25, summary["design"]["runs"]]
+    path.write_text(json.dumps(summary))
+    line = commands(read_results(loop))[0].line
+    assert "--runs 25 " in line
+    assert line.endswith(f"; then the same with --runs {summary['design']['runs']}")

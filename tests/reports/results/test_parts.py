@@ -18,6 +18,7 @@ from birdstrike.reports.export.effects import read_effects
 from birdstrike.reports.page.page import report
 from birdstrike.reports.results.parts import find_parts
 from birdstrike.reports.results.reading import read_results
+from birdstrike.solver.case.case import case_hash
 from tests.diagnoses import effect, state, written_diagnosis
 
 OTHER = "0" * 64
@@ -123,3 +124,24 @@ def test_evidence_says_that_a_diagnosis_is_of_another_record(loop: Path) -> None
     assert sources.diagnosis is None
     assert any("is of shot6.csv" in one for one in sources.open_points)
     assert not any("was not asked" in one for one in sources.open_points)
+
+
+def test_evidence_holds_the_case_that_was_inverted_and_not_what_its_file_became(loop: Path) -> None:
+    path, named = loop / "inversion" / "options.json", loop / "shot.toml"
+    options = json.loads(path.read_text())
+    path.write_text(json.dumps(options | {"cases": [str(named)]}))
+    named.write_text((loop / "inversion" / "case.toml").read_text().replace("speed = ", "speed = 2.0 #", 1))
+    sources = find_sources(loop)
+    assert sources.cases == (loop / "inversion" / "case.toml",)
+    assert case_hash(sources.case) == Inversion.load(loop / "inversion" / "inversion.json").case_hash
+
+
+def test_of_an_earlier_version_the_case_of_any_shot_may_be_the_inversions(loop: Path) -> None:
+    folder = diagnosed(loop, "shot6.csv", "shot7.csv", count=2)
+    slow = (folder / "case.toml").read_text().replace('speed = "', 'speed = "8', 1)
+    (folder / "case.toml").write_text(slow)
+    path = folder / "diagnosis.json"
+    told = json.loads(path.read_text())
+    del told["record"]["files"]
+    path.write_text(json.dumps(told))
+    assert find_parts(loop).diagnosis == folder

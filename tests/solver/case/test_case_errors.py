@@ -28,6 +28,7 @@ QUANTITIES = [
     ("bird.material.tension_erosion", '"0.3"', "~ = 0.3 is dimensionless: write a bare number"),
     ("bird.material.eos.S1", "nan", "~ = nan is not a finite number"),
     ("bird.particles", "50", "~ = 50 is outside 100 .. 200000"),
+    ("bird.particles", "1e9", "~ = 1000000000.0 must be a whole number in 100 .. 200000"),
     ("bird.particles", "4500.0", "~ = 4500.0 must be a whole number in 100 .. 200000; write 4500"),
     ("plate.elements", "50", "~ = 50 must be a list in brackets"),
     ("plate.elements", "[50, 1]", "~.1 = 1 is outside 2 .. 400"),
