@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.exports.registry import EXPORTS
-from birdstrike.data.files import write_atomically
+from birdstrike.data.files import file_digest, write_atomically
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.paths import resolve_measured
 from birdstrike.data.tables.csv_table import MOST_LINES, Column, CsvTable, first_of, read_table
@@ -178,7 +177,7 @@ def read_measured(path: str | Path) -> Measured:
     """A measured-data CSV; raises MeasuredError with every error and its line number, and how to import an export."""
     try:
         read = measured_from(read_table(Path(path)), path)
-        return replace(read, digest=hashlib.sha256(Path(path).read_bytes()).hexdigest())
+        return replace(read, digest=file_digest(Path(path)))
     except MeasuredError as error:
         hint = _import_hint(Path(path)) if any(_is_foreign(text) for text in error.errors) else ()
         raise MeasuredError([*error.errors, *hint], error.heading) from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,6 +16,7 @@ from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.exports.nodout import is_nodout, read_nodout
 from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import may_hold_tables, reader_of
+from birdstrike.data.files import file_digest
 from birdstrike.data.tables.csv_table import NAME, Column, CsvTable
 from birdstrike.data.tables.loose_table import SIGMA, Head, LooseTable, SeveralColumns, read_loose_table
 from birdstrike.data.units import ACCEPTED, dimension, factor, meant, parts, ratio, scaled, si_unit, to_si
@@ -492,7 +492,7 @@ def _per(table: LooseTable, index: int, name: str, unit: str) -> Decimal:
 
 def _provenance(table: LooseTable, options: ImportOptions, used: Sequence[int], nodout: bool) -> tuple[str, ...]:
     """Where the curves came from and what was done to them; a solver's output counts as simulated."""
-    digest = hashlib.sha256(table.path.read_bytes()).hexdigest()[:16]
+    digest = file_digest(table.path)[:16]
     columns = ", ".join(f'"{table.names[i]}"' for i in dict.fromkeys(used))
     lines = [f"Imported by birdstrike from {table.path.name} (SHA-256 {digest}), columns {columns}."]
     if nodout or options.simulated:

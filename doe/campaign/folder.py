@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import CaseError, UserError
-from birdstrike.data.files import read_json, write_atomically, write_json
+from birdstrike.data.files import file_digest, read_json, write_atomically, write_json
 from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.design import Design
@@ -257,12 +257,6 @@ def design_rows(path: Path, rows: Sequence[str]) -> tuple[NDArray[np.int64], Arr
 def rows_digest(rows: Sequence[str]) -> str:
     """What vouches for the rows of `design.csv`, its header the first: SHA-256 of their text."""
     return hashlib.sha256("\n".join(rows).encode()).hexdigest()
-
-
-def file_digest(path: Path) -> str:
-    """SHA-256 of a file's content."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def space_json(space: ParameterSpace) -> dict[str, list[Any]]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from birdstrike.data.curves import split_unit
 from birdstrike.data.dataset import SMOOTH_LOSS, Dataset
 from birdstrike.data.errors import RunFailed, UserError
-from birdstrike.data.files import whole_file, write_json
+from birdstrike.data.files import file_digest, whole_file, write_json
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.out_folder import maker_of
@@ -24,7 +24,6 @@ from birdstrike.doe.campaign.folder import (
     CampaignFolder,
     campaign_within,
     design_text,
-    file_digest,
     rows_digest,
     space_json,
 )

@@ -13,7 +13,7 @@ import numpy as np
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MachineFailure, RunFailed, UserError
-from birdstrike.data.files import plain, write_json
+from birdstrike.data.files import file_digest, plain, write_json
 from birdstrike.doe.solvers import content_of
 from birdstrike.inversion.audit.draws import BASELINE, SHOTS
 from birdstrike.inversion.audit.records import Experiment, read_truth
@@ -35,7 +35,7 @@ def answer_key(experiment: Experiment, options: DiagnosisOptions, noise: int) ->
         "options": options.choices(),
         "noise": noise,
         "drawn_on": read_truth(experiment.truth).curves if noise else {},
-        "files": [(path.name, hashlib.sha256(path.read_bytes()).hexdigest()) for path in files],
+        "files": [(path.name, file_digest(path)) for path in files],
         "code": code_of("inversion"),
     }
     return hashlib.sha256(json.dumps(plain(content), sort_keys=True).encode()).hexdigest()[:16]

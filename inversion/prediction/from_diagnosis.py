@@ -59,7 +59,8 @@ def read_diagnosis(folder: Path) -> Learnt:
         next_measurement=found.next_measurement["sentence"] if found.next_measurement else "",
         warnings=tuple(warnings),
         set_size=sum(one.probability > 0.0 for one in explanations),
-        draws_said=f"{counts} draws of each from its posterior (joint in parameters and magnitudes)",
+        set_said=f"models of the diagnosis' 95 % set by probability, {counts} draws of each from its posterior (joint "
+        "in parameters and magnitudes)",
     )
 
 

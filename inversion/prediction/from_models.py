@@ -52,7 +52,7 @@ def read_models(folder: Path, model: str = "") -> Learnt:
     )
     stored = [name for name in kept if name not in rough]
     said = (
-        _which(kept, shares, comparison.models),
+        *([_alone(kept[0], shares, comparison.models)] if len(kept) == 1 else []),
         *([f"up to 2000 draws of {listing(stored)} from the posterior ({DRAWS_FILE})"] if stored else []),
         *([f"{listing(rough)}: {NO_SAMPLE}"] if rough else []),
         "the bird's material is each model's own; what the new case states of it is not used",
@@ -67,16 +67,20 @@ def read_models(folder: Path, model: str = "") -> Learnt:
         corrected=False,
         diagnosed=False,
         said=said,
+        set_size=len(kept) if len(kept) > 1 else 0,
+        set_said=_several(kept, comparison.models),
         warnings=(*_warnings(comparison, kept), *(f"{name}: {NO_SAMPLE}" for name in rough)),
     )
 
 
-def _which(kept: Sequence[str], shares: Mapping[str, float], models: Mapping[str, ModelAnswer]) -> str:
-    if len(kept) == 1:
-        best = f"probability of being the best {100 * shares[kept[0]]:.0f} %"
-        return f"the bird model {kept[0]} alone (held-out error {_heldout(models[kept[0]])}, {best})"
+def _alone(name: str, shares: Mapping[str, float], models: Mapping[str, ModelAnswer]) -> str:
+    best = f"probability of being the best {100 * shares[name]:.0f} %"
+    return f"the bird model {name} alone (held-out error {_heldout(models[name])}, {best})"
+
+
+def _several(kept: Sequence[str], models: Mapping[str, ModelAnswer]) -> str:
     shown = ", ".join(f"{name}: held-out error {_heldout(models[name])}" for name in kept)
-    return f"{len(kept)} bird models by their probability of being the best ({shown})"
+    return f"bird models by their probability of being the best ({shown})"
 
 
 def _heldout(model: ModelAnswer) -> str:

@@ -97,8 +97,8 @@ class Learnt:
 
     source: the command that made it; case: of the first shot; corrected: whether its models stand for a finer mesh than
     the campaign's; diagnosed: whether campaign and fine mesh are those of a diagnosis; next_measurement: its proposal;
-    said: what was used, and what the user must know of it; set_size: models of a diagnosis' 95 % set, 0 of another
-    command; draws_said: what is taken of each of them.
+    said: what was used, and what the user must know of it; set_size: explanations that the command found, of which a
+    choice and the budget may leave fewer, 0 where there is one alone; set_said: what they are, "models of ...".
     """
 
     source: str
@@ -112,17 +112,17 @@ class Learnt:
     next_measurement: str = ""
     warnings: tuple[str, ...] = ()
     set_size: int = 0
-    draws_said: str = ""
+    set_said: str = ""
 
     @property
     def posterior(self) -> tuple[str, ...]:
         """What was used, in words, of those explanations that a choice or the budget has left."""
         if not self.set_size:
             return self.said
-        used = sum(one.probability > 0.0 for one in self.explanations)
-        which = f"{used} models" if used == self.set_size else f"{used} of {self.set_size} models"
-        which = "the only model" if self.set_size == 1 else which
-        return (f"{which} of the diagnosis' 95 % set by probability, {self.draws_said}", *self.said)
+        used, words = sum(one.probability > 0.0 for one in self.explanations), self.set_said
+        which = f"{used}" if used == self.set_size else f"{used} of {self.set_size}"
+        which, words = ("the only", words.replace("models", "model", 1)) if self.set_size == 1 else (which, words)
+        return (f"{which} {words}", *self.said)
 
     @cached_property
     def sensors(self) -> tuple[str, ...]:

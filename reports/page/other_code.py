@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from birdstrike.data.files import write_atomically
+from birdstrike.data.files import file_digest, write_atomically
 from birdstrike.data.formatting import many, quantity
 from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.comparison.other_code import CurvePair
@@ -99,4 +98,4 @@ def _caption(pair: CurvePair, theirs: str) -> str:
 
 
 def _source(path: Path) -> str:
-    return f"{path.name}, SHA-256 {hashlib.sha256(path.read_bytes()).hexdigest()[:16]}"
+    return f"{path.name}, SHA-256 {file_digest(path)[:16]}"

@@ -451,10 +451,10 @@ def test_explanations_that_the_simulations_do_not_suffice_for_are_warned_of() ->
     kept = affordable(many, 8)
     assert [one.label for one in kept.explanations] == ["none", "clamp_rotation"]
     assert kept.said == many.said
-    of_set = replace(many, set_size=len(many.explanations), draws_said="400 draws of each")
+    of_set = replace(many, set_size=len(many.explanations), set_said="models of the set, 400 draws of each")
     (before,), (after,) = of_set.posterior, replace(of_set, explanations=kept.explanations).posterior
-    assert before.startswith(f"{len(many.explanations)} models of the diagnosis' 95 % set")
-    assert after.startswith(f"{len(kept.explanations)} of {len(many.explanations)} models of the diagnosis' 95 % set")
+    assert before.startswith(f"{len(many.explanations)} models of the set")
+    assert after.startswith(f"{len(kept.explanations)} of {len(many.explanations)} models of the set")
     assert kept.warnings == (
         "the bands rest on the likeliest 2 of 3 explanations; the others, with 20 % of the probability, need more "
         "simulations than were allowed: --budget 12 takes all",
