@@ -84,7 +84,10 @@ def read_json(path: Path) -> dict[str, Any]:
     if not path.exists():
         return {}
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(found, dict):
+            raise ValueError("no JSON object")
+        return found
     except ValueError as error:
         raise UserError(f"{path} is damaged ({error}); delete it and repeat the command that made it") from error
 

@@ -9,7 +9,7 @@ from typing import Any
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import read_json
 from birdstrike.data.formatting import span
-from birdstrike.doe.campaign.folder import CampaignFolder, design_rows, refusal_of_other_case, space_json
+from birdstrike.doe.campaign.folder import CampaignFolder, refusal_of_other_case, space_json
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
@@ -33,7 +33,7 @@ def adopted_design(case: Case, doe: str | Path) -> Design:
     summary = folder.read_summary()
     if errors := list(_differences(folder, summary, case, space)):
         raise UserError(errors, f"the campaign in {doe} does not fit")
-    numbers, values = design_rows(folder.design, folder.design.read_text(encoding="utf-8").splitlines())
+    numbers, values = folder.every_row()
     held = summary["design"]
     return Design(held["kind"], held["seed"], space, numbers, values, space.to_unit(values), held.get("source"))
 

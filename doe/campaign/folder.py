@@ -101,6 +101,10 @@ class CampaignFolder:
         """Content of summary.json, empty where there is none."""
         return read_json(self.summary)
 
+    def every_row(self) -> tuple[NDArray[np.int64], Array]:
+        """Run numbers (n,) and SI values (n, k) of design.csv; raises UserError where it is no table of numbers."""
+        return design_rows(self.design, self.design.read_text(encoding="utf-8").splitlines())
+
     def altered(self) -> list[str]:
         """One line for each of design.csv and curves.csv that is no longer what summary.json vouches for by its digest.
 

@@ -12,7 +12,7 @@ from typing import Any
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.folder import CampaignFolder, campaign_within, design_rows, stored_case
+from birdstrike.doe.campaign.folder import CampaignFolder, campaign_within, stored_case
 from birdstrike.doe.campaign.run import PlannedRun, plan
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
@@ -83,7 +83,7 @@ def _planned(folder: CampaignFolder) -> tuple[list[PlannedRun], str]:
     """The folder's runs under the present version of the solver, and that version."""
     case = stored_case(folder.path)
     solver, space = solver_for(case), ParameterSpace.of(case.parameters())
-    numbers, values = design_rows(folder.design, folder.design.read_text(encoding="utf-8").splitlines())
+    numbers, values = folder.every_row()
     return plan(case, Design("file", None, space, numbers, values, space.to_unit(values)), solver), solver.version
 
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from pydantic import ValidationError
 from scipy.stats import truncnorm
 
 from birdstrike.data.columns import read_own_table
@@ -47,10 +46,7 @@ NO_SAMPLE = (
 
 def read_inversion(folder: Path) -> Learnt:
     """What a prediction takes from the folder of train-and-invert; raises UserError for one that is incomplete."""
-    try:
-        found = Inversion.load(folder / "inversion.json")
-    except ValidationError as error:
-        raise UserError(f"{folder / 'inversion.json'} is damaged or of another version; repeat it") from error
+    found = Inversion.load(folder / "inversion.json")
     missing = [name for name in ("case.toml", "verification.csv") if not (folder / name).is_file()]
     if missing or found.best is None:
         lacking = ", ".join(missing) if missing else "a verified answer"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from pydantic import Field, TypeAdapter
+from pydantic import Field, TypeAdapter, ValidationError
 
 from birdstrike.data.columns import read_columns
 from birdstrike.data.display import Displayed, own_axes
@@ -84,8 +84,11 @@ class Inversion(Displayed):
 
     @classmethod
     def load(cls, path: str | Path) -> Inversion:
-        """Read what `save` wrote."""
-        return _ADAPTER.validate_json(Path(path).read_bytes())
+        """Read what `save` wrote; raises UserError for a damaged file, or one of another version."""
+        try:
+            return _ADAPTER.validate_json(Path(path).read_bytes())
+        except ValidationError as error:
+            raise UserError(f"{path} is damaged or of another version; {AGAIN}") from error
 
     @property
     def best_answer(self) -> Answer:

@@ -5,7 +5,6 @@ Records are compared by the digests of their files' content, those of earlier ve
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from contextlib import suppress
 from itertools import zip_longest
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import read_json
 from birdstrike.inversion.results.diagnosis_files import RESULT, case_files
 from birdstrike.solver.case.case import case_hash, load_case
 
@@ -96,7 +96,6 @@ def _hash(case: Path) -> str:
 
 def _content(path: Path) -> dict[str, Any]:
     """A JSON object, {} where it cannot be read."""
-    with suppress(OSError, ValueError):
-        found = json.loads(path.read_text(encoding="utf-8"))
-        return found if isinstance(found, dict) else {}
+    with suppress(OSError, UserError):
+        return read_json(path)
     return {}

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import read_json
 from birdstrike.data.formatting import many
@@ -66,10 +64,7 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
             f"{folder} holds no inversion{made}; evidence is of an inversion: give a folder of "
             f"{', '.join(MAKERS[:-1])} or {MAKERS[-1]}; the evidence takes a diagnosis from the folder diagnosis in it"
         )
-    try:
-        answer = Inversion.load(parts.inversion / "inversion.json")
-    except ValidationError as error:
-        raise UserError(f"{parts.inversion}/inversion.json is damaged or of another version; repeat it") from error
+    answer = Inversion.load(parts.inversion / "inversion.json")
     options, told = stored_options(parts.inversion, answer)
     campaigns = _campaigns(options, parts.doe, doe)
     altered = [line for campaign in campaigns for line in CampaignFolder(campaign).altered()]

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing, quantity, span
 from birdstrike.data.out_folder import maker_of, model_of
@@ -93,10 +91,7 @@ def read_export(
             f"{folder} {made}holds no inversion.json; make it with train-and-invert or close-the-loop, or give a "
             "folder of calibrate-models"
         )
-    try:
-        inversion = Inversion.load(path)
-    except ValidationError as error:
-        raise UserError(f"{path} is damaged or of another version; repeat train-and-invert") from error
+    inversion = Inversion.load(path)
     base, name = _case_of(path, inversion, case), _chosen(path, inversion, method)
     answer = inversion.methods[name]
     inverted = base.with_values(_point(answer))

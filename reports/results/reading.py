@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from pydantic import ValidationError
 
 from birdstrike.data.columns import damaged, read_columns
 from birdstrike.data.curves import Measured, read_histories
@@ -147,10 +146,7 @@ def read_inversion(parts: Parts, inverted: Path) -> InversionResults:
 
 def _inversion(path: Path) -> Inversion:
     """`inversion.json`, refused when damaged or without a verification."""
-    try:
-        inversion = Inversion.load(path)
-    except ValidationError as error:
-        raise UserError(f"{path} is damaged or of another version; {AGAIN}") from error
+    inversion = Inversion.load(path)
     if inversion.best is None:
         raise UserError(f"{path} names no best method: no verification run finished; {AGAIN}")
     return inversion

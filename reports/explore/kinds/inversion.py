@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import plain
@@ -73,10 +72,7 @@ def _loaded(folder: Path) -> Inversion:
     missing = [name for name in ("emulator.npz", "verification.csv") if not (folder / name).is_file()]
     if missing:
         raise UserError(f"no {' and no '.join(missing)} in {folder}; repeat birdstrike train-and-invert")
-    try:
-        return Inversion.load(folder / "inversion.json")
-    except ValidationError as error:
-        raise UserError(f"{folder / 'inversion.json'} is of another version; repeat train-and-invert") from error
+    return Inversion.load(folder / "inversion.json")
 
 
 def _headline(inversion: Inversion, best: Answer) -> str:
