@@ -80,10 +80,13 @@ class Calibrator:
         """
         modes = self.fit(seed)
         residual = residual_correlation(self.model.observations, modes[0].residual)
+        return modes[0], modes if residual.white else self.raised(residual).fit(seed), residual
+
+    def raised(self, residual: ResidualCorrelation) -> Calibrator:
+        """The problem with the noise as the residual of its best fit shows; as it is where that is white noise."""
         if residual.white:
-            return modes[0], modes, residual
-        raised = replace(self.model, observations=widened(self.model.observations, residual))
-        return modes[0], replace(self, model=raised).fit(seed), residual
+            return self
+        return replace(self, model=replace(self.model, observations=widened(self.model.observations, residual)))
 
     def tau(self, mode: Mode) -> float:
         """A mode's time origin in its standard deviations, 0 where it is known."""
@@ -140,7 +143,7 @@ class Calibrator:
 
     def _whitening(self, theta: Array, t0: float) -> Whitening:
         """Noise and the emulator's own error where the fit stands."""
-        return Whitening.of(self.model.noise_at(t0), self.model.error_factor(theta, t0))
+        return self.model.whitening(t0, self.model.error_factor(theta, t0))
 
     def _again(self, mode: Mode) -> Mode:
         """A minimum with the emulator's error where it lies, no longer where the search began."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.inversion.estimation.whitening import Whitening
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator
 
@@ -32,6 +33,13 @@ class CurveModel:
         """(n,) standard deviations of the points by themselves: measurement noise, and scatter common to no others."""
         parts = (emulator.outside_at(times) for emulator, times in self._channels(t0))
         return np.sqrt(self.observations.noise**2 + np.concatenate(list(parts)))
+
+    def whitening(self, t0: float, factor: Array) -> Whitening:
+        """Of the points' noise for time origin t0 [s] and errors common to many, factor (n, c) SI.
+
+        The scatter that `noise_at` adds to a correlated noise is taken to be correlated alike.
+        """
+        return Whitening.of(self.noise_at(t0), factor, self.observations.correlation)
 
     def scores(self, theta: Array) -> list[Array]:
         """Component scores of every channel at theta (q, k) SI; the costly part, the same for every time origin."""

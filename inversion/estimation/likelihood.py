@@ -19,7 +19,6 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import Box
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.whitening import Whitening
 from birdstrike.surrogate.gaussian_process import GaussianProcess, ProcessStack
 
 NODES = 33  # time origins at which the model is tabulated
@@ -45,10 +44,11 @@ class Likelihood:
     @classmethod
     def of(cls, calibrator: Calibrator, modes: tuple[Mode, ...]) -> Likelihood:
         """Tabulate the model of a calibration about the time origins of its best fits."""
-        model, noise = calibrator.model, calibrator.model.noise_at(modes[0].t0)
+        model = calibrator.model
         taus = _taus(calibrator, modes)
         left = _left_out(model, modes)
-        whitening = Whitening.of(noise, left if model.known is None else np.hstack([left, model.known]))
+        common = left if model.known is None else np.hstack([left, model.known])
+        whitening = model.whitening(modes[0].t0, common)
         columns = [whitening.apply(np.hstack(_columns(model, tau * calibrator.sigma)).T).T for tau in taus]
         size = np.array([1.0, *(process.scale for _, process in _processes(model))])
         moved = columns[:: max(1, len(columns) // 8)]

@@ -23,7 +23,6 @@ from birdstrike.inversion.estimation.prior import conflicts
 from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.estimation.time_origin import time_origin
 from birdstrike.inversion.estimation.unseen_drift import with_drift
-from birdstrike.inversion.estimation.whitening import widened
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.observations.plausibility import implausible
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive
@@ -142,10 +141,9 @@ def locate(
     best_fit, modes, residual = fits
     origin, origin_remarks = time_origin(calibrator, modes)
     predictive = prior_predictive(dataset, observations, best_fit.residual, origin.value)
-    posterior = None
+    raised, posterior = calibrator.raised(residual), None
     if choice.sampling is not None and predictive.inside and not design.deficient and "emulator" in choice.methods():
-        enlarged = replace(calibrator, model=replace(calibrator.model, observations=widened(observations, residual)))
-        posterior = sample(enlarged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
+        posterior = sample(raised, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
     progress(1.0)
     warnings = (
         *([f"{design.sentence}: no separate values are given"] if design.deficient else ()),
@@ -155,7 +153,7 @@ def locate(
         *_of_priors(coordinates, choice, dataset, modes[0]),
     )
     return Located(
-        calibration=Calibration(dataset, design, calibrator, modes, predictive.inside, posterior),
+        calibration=Calibration(dataset, design, calibrator, raised, modes, predictive.inside, posterior),
         observations=observations,
         origin=origin,
         prior_predictive=predictive,

@@ -27,7 +27,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.whitening import Whitening, principal
+from birdstrike.inversion.estimation.whitening import principal
 from birdstrike.inversion.forward import Forward, watched
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.observations import Observations
@@ -204,7 +204,7 @@ class CorrectedCampaign:
         model = CurveModel(self.emulator, observations)
         emulated = model.error_factor(self._theta(one.z[None])[0], t0)
         extrapolated = self._measured(one.correction.extrapolation(one.z)[None], observations, t0)
-        whitening = Whitening.of(model.noise_at(t0), np.hstack([emulated, extrapolated]))
+        whitening = model.whitening(t0, np.hstack([emulated, extrapolated]))
         scatter, slopes, missed = (
             whitening.apply(self._measured(rows, observations, t0).T).T
             for rows in (one.correction.scatter(len(self.channels)), PRIOR * self._slopes(one.z), one.missed[None])

@@ -33,12 +33,15 @@ class Proposal:
 class Calibration:
     """What both methods stand on: the runs, their design, the calibration, and whether the model can make the curve.
 
-    posterior: drawn about the modes, None where the design is deficient or it was not asked for.
+    calibrator: the fitting problem with the noise of the record; raised: the same with the noise as the residual of its
+    best fit shows, of which the modes are, and with them all that is said of how well the record determines the
+    parameters; posterior: drawn about the modes, None where the design is deficient or it was not asked for.
     """
 
     dataset: Dataset
     design: DesignFigures
     calibrator: Calibrator
+    raised: Calibrator
     modes: tuple[Mode, ...]
     inside: bool
     posterior: Posterior | None = None

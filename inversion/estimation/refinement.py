@@ -16,7 +16,6 @@ from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.likelihood import Likelihood
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
-from birdstrike.inversion.estimation.whitening import Whitening
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.results.ingredients import RefinementFigures
 
@@ -51,9 +50,9 @@ def refine(
     choice = options.fit_alone
     while True:
         located = locate(dataset, measured, choice, None, silent, columns)
-        calibrator, mode = located.calibration.calibrator, located.calibration.modes[0]
-        errors.append(emulator_error(calibrator, mode))
-        shares.append(added_variance(calibrator, mode))
+        calibration, mode = located.calibration, located.calibration.modes[0]
+        errors.append(emulator_error(calibration.calibrator, mode))
+        shares.append(added_variance(calibration.raised, mode))
         reason = _enough(located, errors[-1], shares[-1], auto)
         if reason or len(added) == budget:
             break
@@ -102,15 +101,15 @@ def emulator_error(calibrator: Calibrator, mode: Mode) -> float:
 def added_variance(calibrator: Calibrator, mode: Mode) -> float:
     """Largest relative increase of a parameter's variance by the emulator's error beyond the runs' own scatter.
 
-    Linearised at the best fit, prior included.
+    Linearised at the best fit, prior included; calibrator: of the noise that the intervals have.
     """
     model, tau = calibrator.model, calibrator.tau(mode)
     prior = np.diag(calibrator.coordinates.prior.sd**-2.0)
     whole, least = (
         np.diag(np.linalg.inv(calibrator.data_information(mode.z, tau, whitening, mode.box) + prior))
         for whitening in (
-            Whitening.of(model.noise_at(mode.t0), model.error_factor(mode.theta, mode.t0)),
-            Whitening.of(model.noise_at(mode.t0), model.scatter_factor(mode.theta, mode.t0)),
+            model.whitening(mode.t0, model.error_factor(mode.theta, mode.t0)),
+            model.whitening(mode.t0, model.scatter_factor(mode.theta, mode.t0)),
         )
     )
     return float(max(0.0, (whole / least).max() - 1.0))
@@ -119,7 +118,7 @@ def added_variance(calibrator: Calibrator, mode: Mode) -> float:
 def next_point(located: Located, seed: int = 0) -> Array:
     """Parameters (k,) SI where posterior density times variance for want of runs is greatest, about the best fits."""
     calibration = located.calibration
-    calibrator, rng = calibration.calibrator, np.random.default_rng(seed)
+    calibrator, rng = calibration.raised, np.random.default_rng(seed)
     share = -(-CANDIDATES // len(calibration.modes))
     parts, taus = list[Array](), list[Array]()
     for mode in calibration.modes:

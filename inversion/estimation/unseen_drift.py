@@ -16,7 +16,8 @@ from scipy.stats import chi2
 from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
-from birdstrike.inversion.estimation.whitening import Whitening
+from birdstrike.inversion.estimation.whitening import uncorrelated
+from birdstrike.inversion.observations.noise import neighbour_correlation
 from birdstrike.inversion.observations.observations import Channel
 from birdstrike.inversion.observations.reader import OUTSIDE
 from birdstrike.inversion.results.fit import ResidualCorrelation
@@ -78,7 +79,8 @@ def drift_columns(channel: Channel) -> Array:
     size = SHARE * channel.peak
     cut = [cut.times for cut in record.cuts if cut.reason == OUTSIDE]
     early = np.concatenate([times[times < channel.times[0]] for times in cut]) if cut else np.zeros(0)
-    seen = _line(channel, early) * size / record.noise.level
+    rho = neighbour_correlation(early, channel.correlation_time)
+    seen = uncorrelated(_line(channel, early).T * size / record.noise.level, rho).T
     values, vectors = np.linalg.eigh(np.eye(2) + seen.T @ seen)
     return size * _line(channel, channel.times) @ (vectors / np.sqrt(values))
 
@@ -91,9 +93,7 @@ def _line(channel: Channel, times: Array) -> Array:
 
 def _estimates(calibrator: Calibrator, mode: Mode, columns: Array) -> Array:
     """(n,) SI: offset and drift of all channels at a best fit."""
-    factor = calibrator.model.error_factor(mode.theta, mode.t0)
-    whitening = Whitening.of(calibrator.model.noise_at(mode.t0), factor)
-    return columns @ (whitening.apply(columns.T) @ mode.residual)
+    return columns @ (calibrator.whitening(mode).apply(columns.T) @ mode.residual)
 
 
 def _sentence(channel: Channel, drift: Array) -> str:

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import svd
-from scipy.signal import correlate
 from scipy.stats import chi2
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.misfit import rms
-from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.observations.noise import autocorrelation, integrated, neighbour_correlation
+from birdstrike.inversion.observations.observations import Channel, Observations
 from birdstrike.inversion.results.fit import ResidualCorrelation
 
 FEWEST_POINTS = 20
@@ -32,29 +32,52 @@ TAU_LIMIT = 75.0
 
 @dataclass(frozen=True)
 class Whitening:
-    """W with W Sigma W^T = I for Sigma = diag(noise^2) + F F^T.
+    """W with W Sigma W^T = I for Sigma = C + F F^T, C the covariance of the noise.
 
-    noise: (n,) standard deviations; directions: (n, min(n, c)) orthonormal, shrink: (min(n, c),), from the singular
-    values s of diag(1/noise) F: W = (I - Q diag(1 - 1/sqrt(1 + s^2)) Q^T) diag(1/noise). An n x n matrix is formed
-    only where F has more columns than rows.
+    noise: (n,) standard deviations; correlation: (n,) of each point's noise with that of the point before, as a
+    first-order process has it; directions: (n, min(n, c)) orthonormal, shrink: (min(n, c),), from the singular values s
+    of C^(-1/2) F: W = (I - Q diag(1 - 1/sqrt(1 + s^2)) Q^T) C^(-1/2) with the root of `uncorrelated`. An n x n matrix
+    is formed only where F has more columns than rows.
     """
 
     noise: Array
+    correlation: Array
     directions: Array
     shrink: Array
     log_determinant: float
 
     @classmethod
-    def of(cls, noise: Array, factor: Array) -> Whitening:
-        """From noise (n,) and factor F (n, c)."""
-        directions, variances = principal(factor / noise[:, None])
-        log_determinant = float(np.log1p(variances).sum() + 2.0 * np.log(noise).sum())
-        return cls(noise, directions, 1.0 - 1.0 / np.sqrt(1.0 + variances), log_determinant)
+    def of(cls, noise: Array, factor: Array, correlation: Array | None = None) -> Whitening:
+        """From noise (n,), factor F (n, c) and the noise's correlation (n,), none by default."""
+        rho = np.zeros(len(noise)) if correlation is None else correlation
+        directions, variances = principal(uncorrelated((factor / noise[:, None]).T, rho).T)
+        log_determinant = float(np.log1p(variances).sum() + 2.0 * np.log(noise).sum() + np.log1p(-(rho**2)).sum())
+        return cls(noise, rho, directions, 1.0 - 1.0 / np.sqrt(1.0 + variances), log_determinant)
 
     def apply(self, rows: Array) -> Array:
         """W x for every row x of rows (..., n)."""
-        scaled = rows / self.noise
+        scaled = uncorrelated(rows / self.noise, self.correlation)
         return scaled - ((scaled @ self.directions) * self.shrink) @ self.directions.T
+
+
+def uncorrelated(rows: Array, correlation: Array) -> Array:
+    """White noise from that of a first-order process, for every row x of rows (..., n) in standard deviations.
+
+    u_i = (x_i - rho_i x_{i-1}) / sqrt(1 - rho_i^2), rho_i (n,) the correlation with the point before: u = L^-1 x with
+    the Cholesky factor L of the correlations exp(-|t_i - t_j|/time).
+    """
+    if not correlation.any():
+        return rows
+    before = np.concatenate([np.zeros_like(rows[..., :1]), rows[..., :-1]], axis=-1)
+    return (rows - correlation * before) / np.sqrt(1.0 - correlation**2)
+
+
+def correlated(white: Array, correlation: Array) -> Array:
+    """The inverse of `uncorrelated` for one row (n,): noise of a first-order process, in standard deviations."""
+    found, fresh = white.copy(), np.sqrt(1.0 - correlation**2)
+    for i in np.flatnonzero(correlation):
+        found[i] = correlation[i] * found[i - 1] + fresh[i] * white[i]
+    return found
 
 
 def principal(factor: Array) -> tuple[Array, Array]:
@@ -92,33 +115,38 @@ def residual_correlation(observations: Observations, residual: Array) -> Residua
     """Judge the whitened residual (n,) of the best fit channel by channel; gaps between instants are ignored.
 
     A channel is widened when its residual is clearly correlated, or larger than noise by a chi-square test at 0.1 %.
+    Where its noise is known to be correlated, the residual is widened by its excess over that.
     """
     parts = observations.split(residual)
-    tau = {name: autocorrelation_time(part) for name, part in parts.items()}
-    fit = {name: rms(part) for name, part in parts.items()}
-    widened = {name: _factor(tau[name], fit[name], len(part)) for name, part in parts.items()}
+    found = {c.name: _judged(parts[c.name], c) for c in observations.channels}
+    tau, fit, widened = ({name: figures[i] for name, figures in found.items()} for i in range(3))
     return ResidualCorrelation(tau, fit, widened)
+
+
+def _judged(white: Array, channel: Channel) -> tuple[float, float, float]:
+    """Correlation, size and factor on the noise of a channel's whitened residual (n,)."""
+    rho = neighbour_correlation(channel.times, channel.correlation_time)
+    tau, known, errors = autocorrelation_time(white), 1.0, correlated(white, rho)
+    if tau > 1.0 and rho.any():
+        # Noise without its fast part, as a filter leaves it, is not whitened over few points: over many it counts.
+        typical = float(np.median(rho[1:]))
+        tau, known = integrated(autocorrelation(errors)), (1.0 + typical) / (1.0 - typical)
+        tau = tau if tau > known else 1.0
+    fit, larger = rms(errors), chi2.sf(white @ white, len(white)) < REJECT
+    excess = max(1.0, tau / known)
+    return tau, fit, float(max(1.0, fit * np.sqrt(excess))) if excess > 1.0 or larger else 1.0
 
 
 def autocorrelation_time(residual: Array) -> float:
     """tau = 1 + 2 sum_k rho_k of a residual (n,) about zero, in points; 1 unless it is clearly above white noise's.
 
-    The sum ends at the first pair rho_2m + rho_2m+1 <= 0 (initial positive sequence: Geyer, Statistical Science 7
-    (1992) 473, sect. 3.3). Clearly: rho_1 + rho_2 + rho_3 > 6 / sqrt(n), 3.5 of white noise's standard deviations, or
+    Clearly: rho_1 + rho_2 + rho_3 > 6 / sqrt(n), 3.5 of white noise's standard deviations, or
     tau > 1 + 75 / sqrt(n), which finds the weak but long. With fewer than 20 points: 1.
     """
     n = len(residual)
     if n < FEWEST_POINTS or not residual.any():
         return 1.0
-    products = correlate(residual, residual, method="fft")[n - 1 :]
-    rho = products / products[0]
-    pairs = rho[: n - n % 2].reshape(-1, 2).sum(axis=1)
-    ended = np.append(np.flatnonzero(pairs <= 0.0), len(pairs))[0]
-    tau = 2.0 * float(pairs[:ended].sum()) - 1.0
+    rho = autocorrelation(residual)
+    tau = integrated(rho)
     clear = rho[1 : LAGS + 1].sum() > LAGS_LIMIT / np.sqrt(n) or tau > 1.0 + TAU_LIMIT / np.sqrt(n)
     return max(tau, 1.0) if clear else 1.0
-
-
-def _factor(tau: float, fit: float, n: int) -> float:
-    larger = chi2.sf(n * fit**2, n) < REJECT
-    return float(max(1.0, fit * np.sqrt(tau))) if tau > 1.0 or larger else 1.0

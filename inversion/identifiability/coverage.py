@@ -17,6 +17,7 @@ from birdstrike.inversion.estimation.coordinates import Box
 from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.posterior import sample
 from birdstrike.inversion.estimation.prior import identified
+from birdstrike.inversion.estimation.whitening import correlated
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.identifiability.information import bound
 from birdstrike.inversion.observations.observations import Observations
@@ -52,14 +53,16 @@ def coverage(
 ) -> Coverage:
     """Invert records of truths drawn from the prior; forward: who makes them, the emulator by default.
 
-    The instants and the noise are those of the calibrator's observations.
+    The instants and the noise are those of the calibrator's observations. The intervals are those that an inversion
+    gives: where a best fit leaves more than noise, of the noise raised for that.
     """
     rng = np.random.default_rng(seed)
     z = draw_truths(calibrator, truths, rng)
     found: list[tuple[Array, Array, bool]] = []
     for i, place in enumerate(z):
         problem = _recorded(calibrator, place, rng, forward)
-        drawn = sample(problem, problem.fit(i), seed + i)
+        _, modes, residual = problem.best_fits(i)
+        drawn = sample(problem.raised(residual), modes, seed + i)
         found.append((drawn.z.mean(axis=0), drawn.interval(), drawn.converged))
         if progress is not None:
             progress((i + 1) / truths)
@@ -106,7 +109,7 @@ def _recorded(calibrator: Calibrator, z: Array, rng: np.random.Generator, forwar
         names = calibrator.coordinates.names
         values = stacked(forward(dict(zip(names, map(float, theta), strict=True))), model.observations, t0)
     noise = model.noise_at(t0) if forward is None else model.observations.noise
-    values = values + noise * rng.normal(size=len(values))
+    values = values + noise * correlated(rng.normal(size=len(values)), model.observations.correlation)
     return replace(calibrator, model=replace(model, observations=_with_values(model.observations, values)))
 
 

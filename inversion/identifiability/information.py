@@ -21,9 +21,10 @@ def fisher(calibrator: Calibrator, z: Array, emulator_error: bool = False) -> Ar
     box = next(b for b in coordinates.boxes if ((z >= b.lows) & (z <= b.highs)).all())
     theta = coordinates.theta(z, box)
     factor = model.error_factor(theta, 0.0)
-    noise = model.noise_at(0.0) if emulator_error else model.observations.noise
-    whitening = Whitening.of(noise, factor if emulator_error else 0.0 * factor)
-    return calibrator.data_information(z, 0.0, whitening, box)
+    if emulator_error:
+        return calibrator.data_information(z, 0.0, model.whitening(0.0, factor), box)
+    measured = model.observations
+    return calibrator.data_information(z, 0.0, Whitening.of(measured.noise, 0.0 * factor, measured.correlation), box)
 
 
 def bound(calibrator: Calibrator, truths: Array, emulator_error: bool = False) -> Array:

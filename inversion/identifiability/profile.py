@@ -55,7 +55,7 @@ class Profile:
 def profiles(calibrator: Calibrator, modes: tuple[Mode, ...]) -> tuple[Profile, ...]:
     """One profile for every parameter, over all the boxes where runs stand behind the emulator."""
     with threadpool_limits(limits=1, user_api="blas"):
-        fits = tuple((mode, calibrator.whitening(mode)) for mode in modes)
+        fits = tuple((start, calibrator.whitening(start)) for start in _starts(calibrator, modes))
         return tuple(_profile(calibrator, fits, i) for i in range(len(calibrator.coordinates.names)))
 
 
@@ -66,7 +66,7 @@ def _profile(calibrator: Calibrator, fits: Fits, i: int) -> Profile:
     grid = np.unique(np.append(np.linspace(low, high, POINTS), np.clip(best.z[i], low, high)))
     found = [_best(calibrator, fits, i, float(value)) for value in grid]
     known = [(value, mode) for value, mode in zip(grid, found, strict=True) if mode is not None]
-    lowest = min(min(mode.cost for _, mode in known), best.cost)
+    lowest = min(mode.cost for _, mode in known)
     names, span = calibrator.coordinates.names, calibrator.coordinates.basis[i, i]
     values = np.array([calibrator.coordinates.base[i] + value * span for value, _ in known])
     ends = tuple(_at_bound(calibrator, mode, i) for _, mode in known)
@@ -74,18 +74,22 @@ def _profile(calibrator: Calibrator, fits: Fits, i: int) -> Profile:
 
 
 def _best(calibrator: Calibrator, fits: Fits, i: int, value: float) -> Mode | None:
-    """The best of the fits from each mode, and from the other boxes that hold the value; None where none does."""
+    """The best of the fits from every start whose box holds the value; None where no box does."""
     starts = [one for one in fits if one[0].box.lows[i] <= value <= one[0].box.highs[i]]
-    if not starts:
-        boxes = [box for box in calibrator.coordinates.boxes if box.lows[i] <= value <= box.highs[i]]
-        starts = [(_moved(fits[0][0], box), fits[0][1]) for box in boxes]
     found = [calibrator.held(mode, whitening, i, value) for mode, whitening in starts]
     return min(found, key=lambda mode: mode.cost) if found else None
 
 
-def _moved(mode: Mode, box: Box) -> Mode:
+def _starts(calibrator: Calibrator, modes: tuple[Mode, ...]) -> tuple[Mode, ...]:
+    """The modes, and the best one's nearest point in every box that has none."""
+    others = [box for box in calibrator.coordinates.boxes if all(mode.box is not box for mode in modes)]
+    return (*modes, *(_moved(calibrator, modes[0], box) for box in others))
+
+
+def _moved(calibrator: Calibrator, mode: Mode, box: Box) -> Mode:
     """The mode's nearest point in another box."""
-    return replace(mode, z=np.clip(mode.z, box.lows, box.highs), box=box)
+    z = np.clip(mode.z, box.lows, box.highs)
+    return replace(mode, z=z, theta=calibrator.coordinates.theta(z, box), box=box)
 
 
 def _at_bound(calibrator: Calibrator, mode: Mode, i: int) -> tuple[str, ...]:

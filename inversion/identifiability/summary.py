@@ -63,8 +63,11 @@ def write_draws(path: Path, posterior: Posterior, names: tuple[str, ...]) -> Non
 
 
 def identifiability_figures(calibration: Calibration, seed: int) -> IdentifiabilityFigures:
-    """Directions, profiles and Sobol indices at the best fit; profiles need a coordinate for each parameter."""
-    calibrator, emulator = calibration.calibrator, calibration.calibrator.model.emulator
+    """Directions, profiles and Sobol indices at the best fit; profiles need a coordinate for each parameter.
+
+    Directions and profiles are of the noise that the intervals have, raised where the best fit leaves more than noise.
+    """
+    calibrator, emulator = calibration.raised, calibration.raised.model.emulator
     found = () if calibration.design.deficient else profiles(calibrator, calibration.modes)
     shown = {
         p.name: ProfileFigures(tuple(map(float, p.values)), tuple(map(float, p.rise)), p.at_bound, p.sentence)

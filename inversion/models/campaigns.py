@@ -25,13 +25,14 @@ from birdstrike.doe.campaign.folder import CampaignFolder, flat
 from birdstrike.doe.campaign.planned import planned_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion import forward
-from birdstrike.inversion.estimation.calibration import Calibrator, Mode
+from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
     NuisanceRuns,
     discrepancy_columns,
     stated_discrepancy,
 )
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
+from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
 from birdstrike.inversion.forward import Forward, StoredSolver
@@ -174,7 +175,7 @@ class ModelRuns:
         for number in range(self.options.rounds):
             found = locate(dataset, joint.measured, joint.options, emulator, silent, None)
             calibration = found.calibration
-            if calibration.design.deficient or _good_enough(calibration.calibrator, calibration.modes[0]):
+            if calibration.design.deficient or _good_enough(calibration):
                 break
             self.report("runs near the answer", number / self.options.rounds)
             points = near_answer(found, self.options.batch, self.options.seed + number)
@@ -227,10 +228,12 @@ class ModelRuns:
         return found
 
 
-def _good_enough(calibrator: Calibrator, mode: Mode) -> bool:
+def _good_enough(calibration: Calibration) -> bool:
     """Whether the emulator neither widens an interval nor errs by more than the noise.
 
     What its components leave out counts as the runs' scatter where an interval's width is shared out; about an answer
     far from most runs it is mostly want of runs, which more of them take away.
     """
-    return emulator_error(calibrator, mode) < OF_THE_NOISE and added_variance(calibrator, mode) < PAYS
+    mode = calibration.modes[0]
+    error, share = emulator_error(calibration.calibrator, mode), added_variance(calibration.raised, mode)
+    return error < OF_THE_NOISE and share < PAYS

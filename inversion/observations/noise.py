@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import correlate
 from scipy.stats import chi2, median_abs_deviation
 from scipy.stats import f as f_distribution
 
@@ -25,6 +26,7 @@ LINE, WITH_HUM = 2, 4  # terms, each a degree of freedom, of the straight line b
 SPIKE = 8.0  # robust standard deviations about the straight line before contact
 ROUNDING = 1e-12  # of the largest value: less is the rounding of the line, not noise
 CORRELATED = 2.6  # lag-1 correlation times sqrt(n): beyond it the noise is not white (0.5 % of white records)
+MOST = 0.99  # correlation of neighbouring points
 ASSUMED = 0.01  # of the channel's peak, where nothing is known of the noise
 SURE = 0.005  # level of the test of a stated noise against the scatter of neighbouring points
 LARGER = 1.2  # times what is stated: less is no contradiction
@@ -41,7 +43,8 @@ class Noise:
     sigma: (n,) standard deviation, SI; correlation_time: of exp(-dt/time) between points [s], 0 where white; source:
     where the level comes from; freedom: degrees of freedom behind it, inf where it was stated; known: False where it is
     a tolerance that nobody measured; before: level and number of points of the record before contact, where there are
-    enough.
+    enough; lasting: correlation time [s] of the first-order process whose averages over many points scatter as this
+    noise's do, 0 where it is white or a digitiser's rounding.
     """
 
     sigma: Array
@@ -50,6 +53,7 @@ class Noise:
     freedom: float = np.inf
     known: bool = True
     before: tuple[float, int] | None = None
+    lasting: float = 0.0
 
     @property
     def level(self) -> float:
@@ -75,6 +79,31 @@ class Noise:
         later = np.triu(np.outer(to_end, from_start) * np.exp(-np.maximum(t[:, 0] - t[:, -1:], 0.0) / tau), 1)
         inside = np.exp(-np.abs(t[:, :, None] - t[:, None]) / tau)
         return later + later.T + np.diag(np.einsum("ni,nij,nj->n", sigma, inside, sigma) / block**2)
+
+
+def autocorrelation(residual: Array) -> Array:
+    """(n,) rho_k of a residual (n,) about zero at k points' distance."""
+    products = correlate(residual, residual, method="fft")[len(residual) - 1 :]
+    return products / products[0]
+
+
+def integrated(rho: Array) -> float:
+    """tau = 1 + 2 sum_k rho_k of autocorrelations (n,): n points are worth n / tau independent ones.
+
+    The sum ends at the first pair rho_2m + rho_2m+1 <= 0 (initial positive sequence: Geyer, Statistical Science 7
+    (1992) 473, sect. 3.3).
+    """
+    pairs = rho[: len(rho) - len(rho) % 2].reshape(-1, 2).sum(axis=1)
+    ended = np.append(np.flatnonzero(pairs <= 0.0), len(pairs))[0]
+    return 2.0 * float(pairs[:ended].sum()) - 1.0
+
+
+def neighbour_correlation(times: Array, correlation_time: float) -> Array:
+    """(n,) correlation exp(-dt/time) of each point's noise with that of the point before; 0 at the first, and of white
+    noise."""
+    if not correlation_time:
+        return np.zeros(len(times))
+    return np.append(0.0, np.exp(-np.diff(times) / correlation_time))
 
 
 @dataclass(frozen=True)
@@ -295,10 +324,8 @@ def with_digitiser(name: str, unit: str, noise: Noise, times: Array, values: Arr
         "and is taken for it; give the sensor a smaller range, or export more digits"
     )
     sigma = np.hypot(noise.sigma, rounding)
-    source = "digitiser's step"
-    return replace(noise, sigma=sigma, correlation_time=max(noise.correlation_time, correlation), source=source), (
-        text,
-    )
+    time = max(noise.correlation_time, correlation)
+    return replace(noise, sigma=sigma, correlation_time=time, source="digitiser's step", lasting=0.0), (text,)
 
 
 def _of_the_record(before: BeforeContact, stated: Stated, white: tuple[float, float] | None) -> Noise | None:
@@ -365,10 +392,12 @@ def _correlated(name: str, noise: Noise, before: BeforeContact) -> tuple[Noise, 
     rho = before.correlation
     if not rho:
         return noise, ()
-    correlation_time = -float(np.median(np.diff(before.times))) / np.log(min(rho, 0.99))
+    tau = integrated(autocorrelation(before.residual))
+    step = float(np.median(np.diff(before.times)))
+    correlation_time, lasting = (-step / np.log(min(one, MOST)) for one in (rho, (tau - 1.0) / (tau + 1.0)))
     text = (
         f"{plain(name)}: the noise before contact is correlated ({rho:.2f} between neighbours): averages gain less "
         "from their number of points, and intervals are wider than with white noise; look for hum or a filter in the "
         "measuring chain"
     )
-    return replace(noise, correlation_time=correlation_time), (text,)
+    return replace(noise, correlation_time=correlation_time, lasting=lasting), (text,)

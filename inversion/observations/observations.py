@@ -12,6 +12,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
+from birdstrike.inversion.observations.noise import neighbour_correlation
 from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord, Expected, read_record
 
 
@@ -19,7 +20,8 @@ from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord, Exp
 class Channel:
     """One sensor's points, (n,) each: times [s] on the record's clock, values SI, noise (standard deviation) SI.
 
-    values: the reading at rest subtracted where the record before contact shows it; record: what they were read from.
+    values: the reading at rest subtracted where the record before contact shows it; record: what they were read from;
+    correlation_time: of the noise, exp(-dt/time) between points [s], 0 where it is not known to be correlated.
     """
 
     name: str
@@ -29,6 +31,7 @@ class Channel:
     noise: Array
     noise_source: str
     record: ChannelRecord | None = None
+    correlation_time: float = 0.0
 
     @property
     def peak(self) -> float:
@@ -52,6 +55,11 @@ class Observations:
     def noise(self) -> Array:
         """(n,) stacked standard deviations, SI."""
         return np.concatenate([c.noise for c in self.channels])
+
+    @property
+    def correlation(self) -> Array:
+        """(n,) correlation of each point's noise with that of the point before, in its channel."""
+        return np.concatenate([neighbour_correlation(c.times, c.correlation_time) for c in self.channels])
 
     @property
     def baseline_columns(self) -> Array:
@@ -114,6 +122,7 @@ def observed(measured: Measured, expected: Expected) -> Observations:
             noise=c.noise.sigma,
             noise_source=c.noise.source if c.noise.known else "assumed",
             record=c,
+            correlation_time=c.noise.lasting,
         )
         for c in read
     )

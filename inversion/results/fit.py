@@ -57,8 +57,9 @@ class PriorPredictive:
 class ResidualCorrelation:
     """Of each channel's whitened residual at the best fit, channel -> figure.
 
-    tau: integrated autocorrelation time in points (1 = white); fit: root mean square (1 = noise); widened: factor by
-    which the noise was raised for the intervals, sqrt(fit^2 tau) and at least 1.
+    tau: integrated autocorrelation time in points (1 = no longer than the noise's, white where nothing is known); fit:
+    root mean square (1 = noise); widened: factor by which the noise was raised for the intervals, fit times the root of
+    tau over that of the noise, and at least 1.
     """
 
     tau: dict[str, float]

@@ -49,6 +49,25 @@ def test_time_origin_is_recovered_with_the_parameters(dataset: Dataset, emulator
     np.testing.assert_allclose(modes[0].z, share, atol=0.03)
 
 
+def test_interval_of_the_time_origin_is_196_of_its_standard_deviations(dataset: Dataset, emulator: Emulator) -> None:
+    """By slopes and covariance in full: +- 1.96 of the root of the last element of the inverse information."""
+    problem = calibrator(dataset, emulator, record(truth(0.4), noise=5e-5), 5e-5, sigma=0.1e-3)
+    modes, model, step = problem.fit(), problem.model, 1e-3
+    assert len(modes) == 1
+    place, box = np.append(modes[0].z, modes[0].t0 / 0.1e-3), modes[0].box
+
+    def curve(at: np.ndarray) -> np.ndarray:
+        return model.curve(problem.coordinates.theta(at[:-1], box), at[-1] * 0.1e-3)
+
+    slopes = np.array([curve(place + step * one) - curve(place - step * one) for one in np.eye(5)]) / (2.0 * step)
+    factor = model.error_factor(modes[0].theta, modes[0].t0)
+    covariance = np.diag(model.noise_at(modes[0].t0) ** 2) + factor @ factor.T
+    information = slopes @ np.linalg.solve(covariance, slopes.T) + np.diag([12.0, 12.0, 12.0, 12.0, 1.0])
+    sd = 0.1e-3 * np.sqrt(np.linalg.inv(information)[-1, -1])
+    origin, _ = time_origin(problem, modes)
+    assert origin.interval_95 == pytest.approx((origin.value - 1.96 * sd, origin.value + 1.96 * sd), abs=0.01 * sd)
+
+
 def test_known_clock_has_no_offset(dataset: Dataset, emulator: Emulator) -> None:
     problem = calibrator(dataset, emulator, record(truth(0.5)), 1e-5)
     origin, _ = time_origin(problem, problem.fit())

@@ -33,12 +33,13 @@ def calibrator(dataset: Dataset, emulator: Emulator, sigma: float = 0.0, known: 
 
 @pytest.mark.parametrize("sigma", [0.0, 0.05e-3], ids=["known clock", "unknown clock"])
 def test_density_is_that_of_the_full_gaussian(dataset: Dataset, emulator: Emulator, sigma: float) -> None:
-    """Differences of the log posterior between points, with a known error common to all instants."""
+    """Differences of the log posterior between points, clocks included, with a known error common to all instants."""
     problem = calibrator(dataset, emulator, sigma, known=np.linspace(2e-5, 8e-5, 12)[:, None])
     modes, rng = problem.fit(), np.random.default_rng(0)
     tau = modes[0].t0 / sigma if sigma else 0.0
     spread = 0.5 * np.sqrt(np.diag(modes[0].covariance)[:-1])
-    points = np.column_stack([modes[0].z + spread * rng.normal(size=(6, 4)), np.full(6, tau)])
+    taus = tau + (0.2 * np.arange(-3, 3) if sigma else np.zeros(6))
+    points = np.column_stack([modes[0].z + spread * rng.normal(size=(6, 4)), taus])
     found = Likelihood.of(problem, modes).log_posterior(points)
     model, box = problem.model, problem.coordinates.boxes[0]
     expected = []

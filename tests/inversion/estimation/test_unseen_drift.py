@@ -85,18 +85,22 @@ def test_a_channel_of_one_or_two_points_has_no_drift(
     assert np.all(np.isfinite(found))
 
 
+@pytest.mark.parametrize("time", [0.0, 0.1e-3], ids=["white", "correlated"])
 @pytest.mark.parametrize("level", [1e-6, 1e-4, 1e-2])
-def test_the_columns_of_a_drift_have_the_covariance_of_a_line_through_the_readings_before(level: float) -> None:
+def test_the_columns_of_a_drift_have_the_covariance_of_a_line_through_the_readings_before(
+    level: float, time: float
+) -> None:
     """Offset and drift of 5 % of the peak, conditioned on four readings with noise `level` as any Gaussian is."""
     early, times = np.array([0.1e-3, 0.15e-3, 0.2e-3, 0.35e-3]), np.linspace(0.4e-3, 2.4e-3, 9)
     noise = SimpleNamespace(level=level)
     cut = (SimpleNamespace(times=early, reason=OUTSIDE),)
     own = SimpleNamespace(zeroed=False, baseline=None, cuts=cut, noise=noise)
-    channel: Any = SimpleNamespace(times=times, peak=6e-3, record=own)
+    channel: Any = SimpleNamespace(times=times, peak=6e-3, record=own, correlation_time=time)
     found = drift_columns(channel)
     elapsed = (np.concatenate([early, times]) - 0.4e-3) / 2.0e-3
     joint = (0.05 * 6e-3) ** 2 * (1.0 + np.outer(elapsed, elapsed))
-    seen, across = joint[:4, :4] + level**2 * np.eye(4), joint[4:, :4]
+    apart = np.abs(early[:, None] - early)
+    seen, across = joint[:4, :4] + level**2 * (np.exp(-apart / time) if time else np.eye(4)), joint[4:, :4]
     expected = joint[4:, 4:] - across @ np.linalg.solve(seen, across.T)
     np.testing.assert_allclose(found @ found.T, expected, rtol=1e-6, atol=1e-6 * expected.max())
 

@@ -79,10 +79,59 @@ def test_profile_rises_by_the_data_or_because_another_parameter_is_at_its_end(pr
     assert "above not bounded" in first.sentence
 
 
-def test_profile_of_a_parameter_that_is_felt_is_bounded_by_the_data(erosion: Calibrator) -> None:
-    viscosity, _, compression = profiles(erosion, erosion.fit())
-    assert viscosity.sentence == "viscosity: below bounded by the data; above bounded by the data"
+def test_profile_of_a_parameter_that_is_felt_is_bounded_and_that_of_one_that_is_not_rises_by_its_prior_alone(
+    erosion: Calibrator,
+) -> None:
+    """The prior is normal about the middle, range/sqrt(12) wide: minus twice its logarithm is 12 (z - 1/2)^2."""
+    viscosity, tension, compression = profiles(erosion, erosion.fit())
+    assert viscosity.rise[[0, -1]].min() > 1000.0
+    assert viscosity.rise.min() == 0.0
     assert compression.sentence == "compression erosion: below not bounded; above not bounded"
+    z = (compression.values - 0.05) / 1.2
+    expected = 12.0 * (z - 0.5) ** 2
+    np.testing.assert_allclose(compression.rise, expected - expected.min(), atol=0.05)
+    assert tension.sentence == "tension erosion: below not bounded; above bounded by the data"
+
+
+def test_profile_is_the_least_cost_of_all_boxes_also_where_a_fit_s_own_holds_the_value(erosion: Calibrator) -> None:
+    """By a scan of both limits: with a wrong viscosity an active tension erosion fits better than none.
+
+    The emulator's error is that at the best fit of a box, or at the point of it that is nearest to the best of all.
+    """
+    modes = erosion.fit()
+    profile, values, costs = profiles(erosion, modes)[0], erosion.model.observations.values, []
+    shares = (profile.values - erosion.coordinates.base[0]) / erosion.coordinates.basis[0, 0]
+    for box in erosion.coordinates.boxes:
+        z = next((mode.z for mode in modes if mode.box is box), np.clip(modes[0].z, box.lows, box.highs))
+        factor = erosion.model.error_factor(erosion.coordinates.theta(z, box), 0.0)
+        covariance = np.diag(erosion.model.noise_at(0.0) ** 2) + factor @ factor.T
+        ends = [np.linspace(low, high, 40) for low, high in zip(box.lows[1:], box.highs[1:], strict=True)]
+        limits = [part.ravel() for part in np.meshgrid(*ends)]
+        for share in shares:
+            places = np.stack([np.full(1600, share), *limits], axis=1)
+            left = values - erosion.model.curves(erosion.model.scores(erosion.coordinates.theta(places, box)), 0.0)
+            squares = (left * np.linalg.solve(covariance, left.T).T).sum(axis=1)
+            prior = (erosion.coordinates.prior.deviations(places) ** 2).sum(axis=1)
+            costs.append((squares + prior).min() + np.linalg.slogdet(covariance)[1])
+    least = np.reshape(costs, (-1, len(shares))).min(axis=0)
+    np.testing.assert_allclose(profile.rise, least - least.min(), rtol=0.02, atol=0.5)
+
+
+def test_strength_is_the_prior_s_standard_deviation_in_those_of_the_data(product: Dataset) -> None:
+    """y = a s(t): the data alone know a to noise/|s|; its prior has 1/sqrt(12) of its range, 1, or what is stated."""
+    one = replace(
+        product,
+        curves={CHANNEL: product.parameters[:, :1] * 1e-3 * np.sin(np.pi * product.time / product.time[-1])[None]},
+    )
+    slope = 1e-3 * np.sin(np.pi * TIMES / product.time[-1])
+    problem = calibrator(one, fit_emulator(one, [CHANNEL]), 1.5 * slope)
+    for sd in (1.0 / np.sqrt(12.0), 0.01):
+        prior = replace(problem.coordinates.prior, sd=np.full(4, sd))
+        told = replace(problem, coordinates=replace(problem.coordinates, prior=prior))
+        found = directions(told, told.fit()[0])
+        assert found[0].strength == pytest.approx(sd * np.linalg.norm(slope) / NOISE, rel=0.02)
+        assert abs(found[0].parts[NAMES[0]]) == pytest.approx(1.0, abs=1e-3)
+        assert all(one.strength < 0.05 for one in found[1:])
 
 
 def test_sobol_indices_follow_the_pulse(emulator: Emulator) -> None:
@@ -111,3 +160,7 @@ def test_information_bound_of_a_scaled_curve_is_the_textbooks(product: Dataset) 
     found = bound(problem, np.full((3, 4), 0.5))
     assert found[0] == pytest.approx(expected, rel=0.02)
     np.testing.assert_allclose(found[1:], 1.0 / np.sqrt(12.0), rtol=0.02)
+    error = 0.1 * slope  # as large as one of 0.1 in a
+    carried = bound(problem.with_known(error[:, None]), np.full((3, 4), 0.5), emulator_error=True)
+    assert carried[0] == pytest.approx(1.0 / np.sqrt(1.0 / (NOISE**2 / (slope**2).sum() + 0.1**2) + 12.0), rel=0.02)
+    assert bound(problem.with_known(error[:, None]), np.full((3, 4), 0.5))[0] == pytest.approx(expected, rel=0.02)
