@@ -55,6 +55,18 @@ class Measured:
         """Whether the provenance says that no instrument took this record."""
         return any("SIMULATED" in line for line in self.provenance)
 
+    def as_simulated(self) -> Measured:
+        """The record with a provenance that says that no instrument took it."""
+        return self if self.simulated else replace(self, provenance=("SIMULATED, NOT MEASURED.", *self.provenance))
+
+    def scaled(self, factors: Mapping[str, float]) -> Measured:
+        """The record with these channels and their noise multiplied by a number, said in its provenance."""
+        factors = {name: factor for name, factor in factors.items() if factor != 1.0}
+        channels = {name: values * factors.get(name, 1.0) for name, values in self.channels.items()}
+        sigma = {name: values * abs(factors.get(name, 1.0)) for name, values in self.sigma.items()}
+        notes = tuple(f"{name} was multiplied by {factor:g}." for name, factor in factors.items())
+        return replace(self, channels=channels, sigma=sigma, provenance=(*self.provenance, *notes))
+
     def refuse_dead_sensors(self) -> None:
         """Raise MeasuredError for every channel that reads one value everywhere: there is nothing to invert."""
         found = {name: self.points(name)[1] for name in self.channels}

@@ -243,6 +243,8 @@ def _imported(begun: Begun, shift: float) -> None:
     shot, text = begun.shot, f"{1e6 * shift:.1f} us"
     if shot.measured:
         record = read_measured(shot.record).only(tuple(shot.columns))
+        record = record.scaled({name: float(column.scale) for name, column in shot.columns.items()})
+        record = record.as_simulated() if shot.simulated else record
         note = f"{text} was added to the clock of {shot.record.name}."
         write_measured(begun.record, replace(record, time=record.time + shift, provenance=(*record.provenance, note)))
         return

@@ -74,6 +74,14 @@ class Answers:
                 error = "; ".join(refused.errors)
                 error += f" (allowed: {question.allowed})" if question.allowed and question.allowed not in error else ""
 
+    def settle(self, question: Question) -> Any:
+        """The default, which alone can be: nobody is asked. Raises UserError where another answer is given."""
+        value = self._given(question.key)
+        try:
+            return self._keep(question, self._unasked(question, value))
+        except UserError as refused:
+            raise UserError([_named(question, value, line) for line in refused.errors]) from refused
+
     def rename(self, table: str, names: Mapping[str, str]) -> None:
         """Take what stands in a table under other names of the same things."""
         held = self.given.get(table)

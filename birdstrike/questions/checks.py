@@ -8,8 +8,10 @@ from typing import Any
 from pydantic_core import PydanticCustomError
 
 from birdstrike.data.errors import UserError
+from birdstrike.solver.case.rules import zero_noise
 from birdstrike.solver.case.sections import quantity_at
 from birdstrike.solver.fields import Between, Count
+from birdstrike.solver.sensors.sensor import Sensor
 
 Check = Callable[[Any], Any]
 YES, NO = ("yes", "y", "true"), ("no", "n", "false")
@@ -36,6 +38,19 @@ def of_range(mark: Between) -> tuple[Check, str]:
         return given
 
     return check, f"{mark.low} .. {mark.high}"
+
+
+def of_noise(kind: type[Sensor]) -> Check:
+    """Check of the noise that is stated of a kind of sensor; the text is kept."""
+    number, _ = of_range(kind.noise_range)
+
+    def check(value: Any) -> Any:
+        given = number(value)
+        if said := zero_noise(kind, given):
+            raise UserError(said)
+        return given
+
+    return check
 
 
 def of_count(low: int, high: int) -> tuple[Check, str]:

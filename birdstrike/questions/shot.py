@@ -13,6 +13,8 @@ import numpy as np
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MeasuredError, UnitError, UserError
+from birdstrike.data.formatting import quantity
+from birdstrike.data.histories import Array
 from birdstrike.data.import_curve import (
     ImportOptions,
     counts_samples,
@@ -22,9 +24,19 @@ from birdstrike.data.import_curve import (
     stands_for,
 )
 from birdstrike.data.tables.loose_table import LooseTable
-from birdstrike.data.units import ACCEPTED, si_unit
+from birdstrike.data.units import ACCEPTED, si_unit, to_si
 from birdstrike.questions.answers import Answers, Key, Question
-from birdstrike.questions.checks import Check, of_case, of_choice, of_count, of_limits, of_pair, of_range, yes_or_no
+from birdstrike.questions.checks import (
+    Check,
+    of_case,
+    of_choice,
+    of_count,
+    of_limits,
+    of_noise,
+    of_pair,
+    of_range,
+    yes_or_no,
+)
 from birdstrike.questions.clock import duration
 from birdstrike.solver.bird.shape import SHAPES
 from birdstrike.solver.case.bird import PARTICLES
@@ -34,7 +46,7 @@ from birdstrike.solver.sensors.sensor import PLACE
 from birdstrike.solver.sensors.strain import DIRECTION
 from birdstrike.solver.target.supports import NAMED
 
-LEAVE = "leave"
+LEAVE, RECORD = "leave", "record"
 KIND_OF_UNIT = {"m": "displacement", "": "strain", "N": "reaction_force", "Pa": "pressure"}
 """SI unit of a column -> what it most likely is."""
 
@@ -52,6 +64,14 @@ LEVELS = {"quick": (600, 24), "standard": (1500, 36), "fine": (4500, 50)}
 FEWEST_SHELLS = 12
 LONGEST_S = 2.5e-3
 """Of the response that is used by default [s]: each millisecond costs."""
+
+UNTIL = Between("0.05 ms", "100 ms")
+"""How much of the record after first contact may be used."""
+
+ROUNDING_S = 1e-9  # [s] by which an answer in decimals may differ from the record's end
+LATE_S = 1e-3
+"""By which a record may begin after first contact [s]: if later, the clock is another, or little of the response left.
+"""
 
 UNKNOWN = "unknown"
 VISCOSITY, CUTOFF = "bird.material.viscosity", "bird.material.pressure_cutoff"
@@ -162,7 +182,8 @@ class Interview:
             return *self._columns_of_export(record), False
         found: dict[str, Column] = {}
         for name, unit in measured.units.items():
-            self._column(found, name, name, unit, ready=True)
+            values, noise = measured.points(name)[1], f"{name}_sigma" if name in measured.sigma else ""
+            self._column(found, name, name, unit, ready=True, downwards=_downwards(values), noise=noise)
         return _some(found, measured.channels), {}, True
 
     def _columns_of_export(self, record: Path) -> tuple[dict[str, Column], dict[str, str]]:
@@ -185,7 +206,9 @@ class Interview:
                 head = table.heads[i] if table.heads else None
                 unit, foreign = (_si(head.unit), head.foreign) if head else (None, "")
                 counter = not (head and head.unit) and counts_samples(table, i)
-                self._column(found, name, "", unit, foreign, downwards=_downwards(table, i), counter=counter)
+                noise = _text(table, table.noises[i]) if i in table.noises else ""
+                turned = _downwards(_values(table, i))
+                self._column(found, name, "", unit, foreign, downwards=turned, counter=counter, noise=noise)
         return _some(found, names), {**clock, "decimal": decimal}
 
     def _time(self, table: LooseTable, names: tuple[str, ...]) -> dict[str, str]:
@@ -209,12 +232,13 @@ class Interview:
         ready: bool = False,
         downwards: bool = False,
         counter: bool = False,
+        noise: str = "",
     ) -> None:
         """What one column is, entered under the name of its sensor.
 
         unit: SI, None where the head gives none; foreign: of another quantity, such as V; ready: it has its unit
         and the name that it is to have already; downwards: its largest reading is negative; counter: it numbers the
-        rows.
+        rows; noise: name of the record's column with its standard deviation, if there is one.
         """
         place, shown = ("columns", column), f'Column "{column}"'
         likely = (
@@ -231,7 +255,7 @@ class Interview:
             name = self.ask((*place, "name"), f"{shown}: name of the sensor", free, _new_name(found))
         given = "" if ready else self._unit(place, shown, kind, unit, foreign)
         turned = downwards and kind == "displacement"
-        scale = "1" if ready else str(self._scale(place, shown, foreign, turned))
+        scale = "1" if ready and not turned else str(self._scale(place, shown, foreign, turned, bare=ready))
         sensor: dict[str, Any] = {"kind": kind}
         if "at" in SENSORS[kind].model_fields:
             check = of_pair(of_range(PLACE)[0])
@@ -242,10 +266,17 @@ class Interview:
             text = f"{shown}: direction of the gauge, from the length towards the width"
             sensor["direction"] = self.ask((*place, "direction"), text, "0 deg", check, allowed)
             sensor["side"] = self.choice((*place, "side"), f"{shown}: side of the plate", "back", "back", "impact")
-        noise = self.ask(
-            (*place, "noise"), f"{shown}: noise, 1 sigma, if known (record: its own)", "record", _noise(kind)
-        )
-        found[name] = Column(column, given, scale, sensor | ({} if noise == "record" else {"noise": noise}))
+        stated = self._noise((*place, "noise"), shown, kind, noise)
+        found[name] = Column(column, given, scale, sensor | ({} if stated == RECORD else {"noise": stated}))
+
+    def _noise(self, key: Key, shown: str, kind: str, column: str) -> Any:
+        """The noise that is stated of a sensor; that of the record's `column` counts, where there is one."""
+        if column:
+            text = f'{shown}: noise, by the record\'s column "{column}"'
+            return self.answers.settle(Question(key, text, RECORD, _noise_of(column)))
+        check = of_noise(SENSORS[kind])
+        text = f"{shown}: noise, 1 sigma, if known ({RECORD}: its own)"
+        return self.ask(key, text, RECORD, lambda value: value if value == RECORD else check(value))
 
     def _unit(self, place: Key, shown: str, kind: str, unit: str | None, foreign: str) -> str:
         """A unit where the head gives none; a factor such as 2.5 mm/V brings its own."""
@@ -255,8 +286,11 @@ class Interview:
         text = f"{shown}: unit, which its head does not give ({ACCEPTED.get(wanted) or 'um/m, %, -'})"
         return self.ask((*place, "unit"), text, UNIT_OF_KIND[kind], _unit_of(wanted))
 
-    def _scale(self, place: Key, shown: str, foreign: str, turned: bool) -> Any:
-        """What the column is multiplied by; a displacement whose largest reading is negative is turned round."""
+    def _scale(self, place: Key, shown: str, foreign: str, turned: bool, bare: bool) -> Any:
+        """What the column is multiplied by; a displacement whose largest reading is negative is turned round.
+
+        bare: the column has its unit, and is multiplied by a number alone.
+        """
         what = (
             f"it is in {foreign}: factor such as {stands_for(foreign)}"
             if foreign
@@ -267,8 +301,14 @@ class Interview:
             (*place, "scale"),
             f"{shown}: {what} ({positive})",
             None if foreign else (-1 if turned else 1),
-            self._factor_check,
+            self._number_check if bare else self._factor_check,
         )
+
+    def _number_check(self, value: Any) -> Any:
+        found = self._factor_check(value)
+        if isinstance(found, str):
+            raise UserError("has a unit, and so has the record's column already; write a bare number, such as -1")
+        return found
 
     def _factor_check(self, value: Any) -> Any:
         try:
@@ -319,16 +359,17 @@ class Interview:
         self, record: Path, columns: Mapping[str, Column], clock: Mapping[str, str], ready: bool
     ) -> tuple[str, str, str]:
         """When the bird touches the plate on the record's clock, how well that is known, and how much is used."""
-        times = Between("-10000 ms", "10000 ms")
+        measured = _record(record, columns, clock, ready)
         text = "Clock: time of first contact in the record, or unknown: then one simulation shows it"
-        contact = self.ask(("clock", "contact"), text, UNKNOWN, _or_unknown(of_range(times)[0]))
+        contact = self.ask(("clock", "contact"), text, UNKNOWN, _contact(measured, record.name))
         check, allowed = of_range(Between("0 ms", "10 ms"))
         text = f"Clock: how well that is known, 1 sigma ({allowed}; 0 ms: exactly)"
         sigma = self.ask(("clock", "sigma"), text, "0.05 ms", check, allowed)
-        length = min(LONGEST_S, duration(_record(record, columns, clock, ready)))
-        check, allowed = of_range(Between("0.05 ms", "100 ms"))
+        whole = duration(measured) if contact == UNKNOWN else float(measured.time[-1]) - to_si(contact, "s")
+        check, allowed = _until(measured, record.name, contact, min(_tenths(whole), UNTIL.bounds[1]))
         text = f"Clock: how long after first contact the record is used ({allowed})"
-        until = self.ask(("clock", "until"), text, f"{np.ceil(1e4 * length) / 10.0:.1f} ms", check, allowed)
+        default = f"{1e3 * _tenths(min(LONGEST_S, whole)):.1f} ms"
+        until = self.ask(("clock", "until"), text, default, check, allowed)
         return contact, "" if Between("0 ms", "10 ms").validate(sigma) == 0.0 else sigma, until
 
     def _sought(self) -> dict[str, Any]:
@@ -414,9 +455,13 @@ def _text(table: LooseTable, column: int) -> str:
     return table.heads[column].text if table.heads else table.names[column]
 
 
-def _downwards(table: LooseTable, column: int) -> bool:
+def _values(table: LooseTable, column: int) -> Array:
+    """A column's readings, gaps left out."""
+    return np.array([float(cells[column]) for _, cells in table.rows if cells[column]])
+
+
+def _downwards(values: Array) -> bool:
     """Whether the reading that differs most from the first ones is below them."""
-    values = np.array([float(cells[column]) for _, cells in table.rows if cells[column]])
     if not len(values):
         return False
     off = values - float(np.median(values[:5]))
@@ -474,9 +519,17 @@ def _new_name(found: Mapping[str, Column]) -> Check:
     return check
 
 
-def _noise(kind: str) -> Check:
-    number = of_range(SENSORS[kind].noise_range)[0]
-    return lambda value: value if value == "record" else number(value)
+def _noise_of(column: str) -> Check:
+    """Check of a noise that the record's column gives."""
+
+    def check(value: Any) -> str:
+        if value != RECORD:
+            raise UserError(
+                f'would not be used: the noise in the record\'s column "{column}" is; leave this answer out'
+            )
+        return RECORD
+
+    return check
 
 
 def _unit_of(wanted: str) -> Check:
@@ -488,5 +541,51 @@ def _unit_of(wanted: str) -> Check:
     return check
 
 
-def _or_unknown(check: Check) -> Check:
-    return lambda value: value if value == UNKNOWN else check(value)
+def _tenths(length: float) -> float:
+    """A length [s] rounded up to a tenth of a millisecond."""
+    return float(np.ceil(1e4 * (length - ROUNDING_S)) / 1e4)
+
+
+def _contact(measured: Measured, name: str) -> Check:
+    """Check of the time of first contact on the clock of the record `name`, or of `unknown`."""
+    number, _ = of_range(Between("-10000 ms", "10000 ms"))
+    earliest, latest = float(measured.time[0]) - LATE_S, float(measured.time[-1]) - UNTIL.bounds[0]
+
+    def check(value: Any) -> Any:
+        if value == UNKNOWN:
+            return value
+        given = number(value)
+        if not earliest <= to_si(given, "s") <= latest:
+            raise UserError(
+                f"is outside {quantity(earliest, 's', 4)} .. {quantity(latest, 's', 4)}: {name} {_runs(measured)}, "
+                f'and its response follows first contact; correct the time, or write "{UNKNOWN}": then one simulation '
+                "shows it"
+            )
+        return given
+
+    return check
+
+
+def _until(measured: Measured, name: str, contact: str, longest: float) -> tuple[Check, str]:
+    """Check of how much of the record `name` is used after first contact; longest: until its end [s]."""
+    number, _ = of_range(UNTIL)
+    begins = "its response begins" if contact == UNKNOWN else "first contact"
+    second = 0.0 if contact == UNKNOWN else float(measured.time[1]) - to_si(contact, "s")
+    shortest = max(UNTIL.bounds[0], second)
+    allowed = f"{quantity(shortest, 's', 4)} .. {1e3 * longest:.1f} ms"
+
+    def check(value: Any) -> Any:
+        given = number(value)
+        if not shortest <= to_si(given, "s") <= longest + ROUNDING_S:
+            raise UserError(
+                f"is outside {allowed}: {name} {_runs(measured)}, {1e3 * longest:.1f} ms after {begins}; write a "
+                "time in between, or leave the answer out"
+            )
+        return given
+
+    return check, allowed
+
+
+def _runs(measured: Measured) -> str:
+    """From when to when a record goes."""
+    return f"runs from {quantity(float(measured.time[0]), 's', 4)} to {quantity(float(measured.time[-1]), 's', 4)}"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import read_json
+from birdstrike.data.files import file_digest, read_json
 from birdstrike.data.formatting import many
 from birdstrike.data.out_folder import maker_of
 from birdstrike.data.paths import resolve_measured
@@ -71,6 +71,7 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     if altered:
         raise UserError(altered)
     records = _records(options, measured)
+    _refuse_changed(records, [one.digest for one in answer.shots or [answer.measured]], "the inversion", _RIGHT_FILE)
     cases = tuple(_held(parts.inversion, number, Path(one)) for number, one in enumerate(options["cases"], 1) if one)
     held = parts.inversion / case_file(1)
     case = _case(options["cases"], held if held.is_file() else campaigns[0] / "case.toml", campaigns[0])
@@ -118,6 +119,12 @@ def of_diagnosis(found: Diagnosis, records: Sequence[Path]) -> tuple[tuple[Path,
         path for path in dict.fromkeys(place.resolve() for place in places.values() if place) if path not in own
     )
     points = [_gone(gone)] if gone else []
+    read = {
+        place.resolve(): digest
+        for one, digest in zip(named, found.record.get("digests", []), strict=False)
+        if (place := places[str(one)])
+    }
+    _refuse_changed(beside, [read.get(path, "") for path in beside], "the diagnosis", _AS_IT_WAS)
     if beside:
         points.append(
             f"the diagnosis rests on further records ({', '.join(path.name for path in beside)}), which are in "
@@ -178,6 +185,28 @@ def _records(options: Mapping[str, Any], given: Sequence[str | Path]) -> tuple[P
     if len(set(names)) < len(names):
         raise UserError(f"two records have one name ({', '.join(names)}); rename one, and give both by --measured")
     return found
+
+
+_RIGHT_FILE = (
+    "name the file as it was read: --measured CSV (of each record, in their order), or repeat birdstrike "
+    "train-and-invert with this one"
+)
+_AS_IT_WAS = "put the file there as it was read, or repeat birdstrike diagnose with this one"
+
+
+def _refuse_changed(records: Sequence[Path], digests: Sequence[str], reader: str, remedy: str) -> None:
+    """Raises UserError for each record whose content is not that which was read; digest "": it is not known.
+
+    reader: what read them, and remedy: what to do, in words.
+    """
+    now = [file_digest(one) if digest else "" for one, digest in zip(records, digests, strict=True)]
+    changed = [
+        f"{one} (SHA-256 {found[:12]}) is not as {reader} read it (SHA-256 {digest[:12]}); {remedy}"
+        for one, digest, found in zip(records, digests, now, strict=True)
+        if found != digest
+    ]
+    if changed:
+        raise UserError(changed)
 
 
 def _found(record: str | Path | None) -> Path | None:

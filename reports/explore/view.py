@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.histories import Array
@@ -99,10 +100,21 @@ def _wide(interval: tuple[float, float] | None, si: str) -> str:
     return f"its 95 % interval {ends} is most of what was known before" if ends else ""
 
 
-def record(times: Array, values: Array, sigma: Array, source: str) -> Table:
-    """One channel of a record: instants [s], values and standard deviations of their noise, SI; gaps left out."""
+def record(times: Array, values: Array, sigma: Array, source: str, used: NDArray[np.bool_] | None = None) -> Table:
+    """One channel of a record: instants [s], values and standard deviations of their noise, SI; gaps left out.
+
+    used: (n,) True where the fit used a reading, None: everywhere; the others are drawn and not scored.
+    """
     given = np.isfinite(values)
-    return {"time": times[given], "values": values[given], "sigma": sigma[given], "source": source}
+    scored = given if used is None else given & used
+    rest = given & ~scored
+    return {
+        "time": times[scored],
+        "values": values[scored],
+        "sigma": sigma[scored],
+        "source": source,
+        "left_out": {"time": times[rest], "values": values[rest]},
+    }
 
 
 def channel(name: str, si: str, noise: float | None, measured: Table | None = None, label: str = "") -> Table:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -12,10 +14,11 @@ from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
 from birdstrike.cli.import_curve import factor_of
-from birdstrike.cli.start import begin, cost_lines
+from birdstrike.cli.start import Begun, _imported, begin, cost_lines
 from birdstrike.data.curves import Measured, read_measured
+from birdstrike.data.errors import UserError
 from birdstrike.questions.answers import Answers, read_answers
-from birdstrike.questions.clock import shift_to
+from birdstrike.questions.clock import duration, shift_to
 from birdstrike.questions.shot import Interview
 from birdstrike.reports.sections import summary
 from birdstrike.solver.case.case import load_case
@@ -107,6 +110,22 @@ def test_answers_lead_from_the_export_to_the_report(export: Path) -> None:
         ('[plate]\nlenght = "1 m"\n', "plate.lenght is no question about this record; did you mean plate.length?"),
         ('[sought]\nviscosity = ["9 Pa s", "1 Pa s"]\n', 'sought.viscosity = ["9 Pa s", "1 Pa s"] must rise'),
         ('[clock]\nsigma = "now"\n', 'clock.sigma = "now"'),
+        ('[columns."Disp Z"]\nnoise = "0 mm"\n', 'columns."Disp Z".noise = "0 mm" is no noise: it must be above 0 mm'),
+        (
+            '[clock]\ncontact = "5 ms"\n',
+            'clock.contact = "5 ms" is outside -0.7 ms .. 3.245 ms: Shot 7.csv runs from 0.3 ms to 3.295 ms',
+        ),
+        ('[clock]\ncontact = "-50 ms"\n', 'clock.contact = "-50 ms" is outside -0.7 ms .. 3.245 ms'),
+        ('[clock]\ncontact = "-0.8 ms"\n', "Shot 7.csv runs from 0.3 ms to 3.295 ms, and its response follows first"),
+        (
+            '[clock]\ncontact = "1 ms"\nuntil = "60 ms"\n',
+            'clock.until = "60 ms" is outside 0.05 ms .. 2.3 ms: Shot 7.csv runs from 0.3 ms to 3.295 ms, 2.3 ms after',
+        ),
+        (
+            '[clock]\ncontact = "-0.6 ms"\nuntil = "0.5 ms"\n',
+            'clock.until = "0.5 ms" is outside 0.905 ms .. 3.9 ms',
+        ),
+        ('[clock]\nuntil = "60 ms"\n', "ms after its response begins; write a time in between"),
     ],
 )
 def test_an_answer_that_cannot_be_is_an_error_that_names_its_key(export: Path, more: str, named: str) -> None:
@@ -217,3 +236,76 @@ def test_the_records_clock_is_laid_over_the_simulations() -> None:
     noisy = 1.3 * seen + np.random.default_rng(0).normal(0.0, 3e-5, len(time))
     late = Measured(time + LATE, {"displacement_centre": noisy}, {}, {"displacement_centre": "m"})
     assert shift_to(run, late, 2.5e-3) == pytest.approx(-LATE, abs=1.5e-5)
+
+
+READY = "time [ms],displacement_centre [mm],displacement_centre_sigma [mm]\n" + "".join(
+    f"{0.02 * i:.2f},{5.0 * np.sin(max(0.02 * i - 1.0, 0.0)):.4f},0.05\n" for i in range(200)
+)
+"""A record that is measured-data CSV already, with a column of its noise."""
+
+
+def begun(tmp_path: Path, text: str, **more: dict[str, object]) -> Begun:
+    """An interview about a file that holds `text`, in which first contact is at 1 ms, and the record that follows."""
+    (tmp_path / "ready.csv").write_text(text)
+    given = {"record": {"file": "ready.csv"}, "clock": {"contact": "1 ms"}}
+    found = begin(Answers({**given, **more}), None, lambda _: None)
+    _imported(found, 0.0)
+    return found
+
+
+def test_a_record_that_is_said_to_be_simulated_is_called_so_whatever_its_format(tmp_path: Path) -> None:
+    assert not read_measured(begun(tmp_path, READY).record).simulated
+    said = begun(tmp_path, READY, record={"file": "ready.csv", "simulated": True})
+    assert read_measured(said.record).provenance[0] == "SIMULATED, NOT MEASURED."
+    again = begun(tmp_path, "# SIMULATED by a formula\n" + READY)
+    assert [line for line in read_measured(again.record).provenance if "SIMULATED" in line] == [
+        "SIMULATED by a formula"
+    ]
+
+
+@pytest.mark.parametrize("text", [READY, READY.replace("time [ms]", "t [ms]")], ids=["ready", "export"])
+def test_a_noise_beside_the_record_s_own_is_refused(tmp_path: Path, text: str) -> None:
+    """The case held the stated one, and the record's was used."""
+    with pytest.raises(UserError, match=r'centre.noise = "0.5 mm" would not be used: .* "displacement_centre_sigma'):
+        begun(tmp_path, text, columns={"displacement_centre": {"noise": "0.5 mm"}})
+    found = begun(tmp_path, text, columns={"displacement_centre": {"noise": "record"}})
+    assert "noise" not in found.shot.columns["displacement_centre"].sensor
+    assert np.allclose(read_measured(found.record).sigma["displacement_centre"], 5e-5)
+
+
+def test_a_ready_record_that_points_downwards_is_turned_round_or_kept_as_is_answered(tmp_path: Path) -> None:
+    """It was neither asked about nor turned, and refused when its campaign was paid for."""
+    down = "\n".join(re.sub(",", ",-", line, count=1) for line in READY.splitlines()).replace("],-", "],") + "\n"
+    record = read_measured(begun(tmp_path, down).record)
+    assert record.channels["displacement_centre"].max() == pytest.approx(5e-3, rel=0.02)
+    assert record.sigma["displacement_centre"].min() > 0.0
+    assert "displacement_centre was multiplied by -1." in record.provenance
+    kept = begun(tmp_path, down, columns={"displacement_centre": {"scale": 1}})
+    assert read_measured(kept.record).channels["displacement_centre"].max() <= 0.0
+    with pytest.raises(UserError, match=r'scale = "2 mm/V" has a unit, and so has the record\'s column already'):
+        begun(tmp_path, down, columns={"displacement_centre": {"scale": "2 mm/V"}})
+    with pytest.raises(UserError, match="scale is no question about this record"):
+        begun(tmp_path, READY, columns={"displacement_centre": {"scale": -1}})
+
+
+@pytest.mark.parametrize(
+    ("before", "rate", "fault"),
+    [
+        (25e-3, 2e5, lambda t, _: 0.6e-3 * np.sin(2.0 * np.pi * 50.0 * t)),
+        (20e-3, 2e5, lambda t, _: 0.1 * (t - t[0])),
+        (3e-3, 2e5, lambda t, rng: rng.normal(0.0, 0.3e-3, len(t))),
+        (20e-3, 1e6, lambda t, rng: rng.normal(0.0, 0.3e-3, len(t))),
+        (3e-3, 2e5, lambda t, rng: 4e-3 * (rng.random(len(t)) < 0.01)),
+        (3e-3, 2e5, lambda t, _: np.full(len(t), 2e-3)),
+    ],
+    ids=["hum", "drift", "noise", "noise of many points", "spikes", "offset"],
+)
+def test_a_fault_before_contact_is_not_taken_for_the_response(
+    before: float, rate: float, fault: Callable[[np.ndarray, np.random.Generator], np.ndarray]
+) -> None:
+    """The first reading above a tenth of the peak was the response: the clock was off by up to 25 ms."""
+    run, time = strike(), np.arange(-before, 2.5e-3, 1.0 / rate)
+    seen = run.at("displacement_centre", np.clip(time, 0.0, None)) + fault(time, np.random.default_rng(2))
+    record = Measured(time + LATE, {"displacement_centre": seen}, {}, {"displacement_centre": "m"})
+    assert shift_to(run, record, 2.4e-3) == pytest.approx(-LATE, abs=3e-5)
+    assert duration(record) == pytest.approx(2.3e-3, abs=0.1e-3)

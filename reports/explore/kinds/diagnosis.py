@@ -14,13 +14,12 @@ from birdstrike.data.tree import load_tree
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis, EffectFigures, ShotStates
-from birdstrike.inversion.results.diagnosis_files import MODEL, curve_files, read_curves
+from birdstrike.inversion.results.diagnosis_files import CASE, MODEL, case_files, curve_files, read_curves
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.sensors.instrument import Instrument
 
-CASE = "case.toml"  # as declared, of the first shot
 LIKELY = 0.02  # probability from which on an effect's slider is shown at once
 
 
@@ -56,7 +55,7 @@ def read(folder: Path) -> tuple[View]:
             for file, shot in zip(curve_files(names), model["shots"], strict=True)
         ],
         answers=[answer(one["name"], one["unit"], told[one["name"]], told) for one in parameters],
-        effects=_effects(model["effects"], found, load_case(folder / CASE)),
+        effects=_effects(model["effects"], found, _cases(folder, names)),
         presets=_presets(fits, found.shots),
         runs=runs(first["runs"]["parameters"], first["time"], first["runs"]["curves"]),
         warnings=list(found.warnings),
@@ -119,20 +118,31 @@ def _averaging(one: Mapping[str, Any], middle: Array, told: Mapping[str, Any]) -
     return {"block": block, "instants": (middle[:, None] + np.gradient(middle)[:, None] * steps).ravel()}
 
 
-def _effects(listed: Sequence[Mapping[str, Any]], found: Diagnosis, case: Case) -> list[Table]:
+def _cases(folder: Path, names: Sequence[str]) -> dict[str, Case]:
+    """Each shot's case as declared; in a folder of an earlier version, which keeps the first one's alone, that one."""
+    files = [folder / file for file in case_files(names)]
+    first = load_case(files[0])
+    return {
+        name: load_case(file) if number and file.is_file() else first
+        for number, (name, file) in enumerate(zip(names, files, strict=True))
+    }
+
+
+def _effects(listed: Sequence[Mapping[str, Any]], found: Diagnosis, cases: Mapping[str, Case]) -> list[Table]:
     """Sliders of the effects, the likeliest first; none and something else have none."""
     told = {one.name: one for one in found.effects if one.name not in (NONE, SOMETHING_ELSE)}
-    sliders = [_effect(one, told[one["label"]], case) for one in listed if one["label"] in told]
+    sliders = [_effect(one, told[one["label"]], cases) for one in listed if one["label"] in told]
     return sorted(sliders, key=lambda one: -one["probability"])
 
 
-def _effect(one: Mapping[str, Any], told: EffectFigures, case: Case) -> Table:
-    """A slider over the magnitudes that were looked at.
+def _effect(one: Mapping[str, Any], told: EffectFigures, cases: Mapping[str, Case]) -> Table:
+    """A slider over the magnitudes that were looked at; cases: by shot.
 
-    single: the one sensor that it acts on, where it has no other, and what the case states of its instrument.
+    single: the one sensor that it acts on, where it has no other; stated: what the case of the first shot in which it
+    acts states of its instrument; elsewhere: the same by shot, of those whose cases state something else.
     """
     single = one["sensors"][0] if one["sensors"] and label_parts(one["label"])[1] else None
-    stated = case.instrument.get(single or "", Instrument())
+    stated, *others = (_stated(cases[name], single) for name in one["shots"])
     return {
         **{key: one[key] for key in ("label", "name", "family", "size", "low", "high", "shots", "sensors")},
         **unit_of(one["unit"]),
@@ -143,13 +153,15 @@ def _effect(one: Mapping[str, Any], told: EffectFigures, case: Case) -> Table:
         "value": told.magnitude,
         "interval": told.interval_95,
         "single": single,
-        "stated": {
-            "gain": stated.gain,
-            "time_offset": stated.time_offset,
-            "drift": stated.drift,
-            "bandwidth": stated.bandwidth,
-        },
+        "stated": stated,
+        "elsewhere": {name: other for name, other in zip(one["shots"][1:], others, strict=True) if other != stated},
     }
+
+
+def _stated(case: Case, sensor: str | None) -> Table:
+    """What a case states of a sensor's instrument."""
+    found = case.instrument.get(sensor or "", Instrument())
+    return {key: getattr(found, key) for key in ("gain", "time_offset", "drift", "bandwidth")}
 
 
 def _title(one: Mapping[str, Any]) -> str:

@@ -17,16 +17,21 @@ const INSTRUMENT = {
   sensor_bandwidth: (x, stated) => ["bandwidth", quotedToml(`${Number((1 / (2 * Math.PI * slowness(x, stated))).toPrecision(10))} 1/s`)],
 };
 
-// [section, key, value in TOML, note] of every parameter, and of every effect that is there.
-const keysOf = (view, point) => {
+// [section, key, value in TOML, note] of every parameter, and of those effects that are there.
+const keysOf = (view, point, effects = view.effects) => {
   const rows = view.parameters.map((axis, i) => {
     const parts = axis.key.split(".").map(keyToml), key = parts.pop();
     const [value, quantity] = meantBy(axis, point.theta[i]);
     return [parts.join("."), key, quantity.unit ? quotedToml(written(value, quantity)) : String(Number(value.toPrecision(10))), ""];
   });
-  view.effects.filter((effect) => point.effects[effect.label]).forEach((effect) => {
+  effects.filter((effect) => point.effects[effect.label]).forEach((effect) => {
     const x = point.effects[effect.label], alone = effect.label.split("@")[1], note = alone ? `of shot ${alone} alone` : "";
-    if (effect.single) { const [key, value] = INSTRUMENT[effect.name](x, effect.stated); rows.push([`instrument.${keyToml(effect.single)}`, key, value, note]); return; }
+    if (effect.single) {
+      const [key, value] = INSTRUMENT[effect.name](x, effect.stated);
+      const elsewhere = Object.entries(effect.elsewhere).map(([shot, stated]) => `of shot ${shot}: ${INSTRUMENT[effect.name](x, stated)[1]}`);
+      rows.push([`instrument.${keyToml(effect.single)}`, key, value, [note, ...elsewhere].filter(Boolean).join("; ")]);
+      return;
+    }
     rows.push(["effects", keyToml(effect.name), effect.unit ? quotedToml(written(x, effect)) : String(Number(x.toPrecision(10))), note]);
   });
   return rows;
@@ -38,8 +43,10 @@ const tomlOf = (view, point) => {
     ([, key, value, note]) => `${key} = ${value}${note ? ` # ${note.replace(/[\r\n]/g, " ")}` : ""}`)].join("\n")).join("\n\n") + "\n";
 };
 
+// Of the first shot, whose case it names.
 const commandOf = (view, point) => {
-  const set = keysOf(view, point).map(([section, key, value]) => {
+  const acting = view.effects.filter((effect) => effect.shots.includes(view.shots[0].name));
+  const set = keysOf(view, point, acting).map(([section, key, value]) => {
     const text = value.startsWith('"') ? JSON.parse(value) : value;
     return `--set ${quotedShell(`${section}.${key}=${text}`)}`;
   });

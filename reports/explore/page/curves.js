@@ -31,7 +31,7 @@ const largestOf = (values) => {
 // What the scales must hold: record, noise, the campaign's runs and the curve at hand; they grow, but do not shrink.
 const fixedBounds = (panel, view) => {
   const { record, name } = panel.channel, rows = [[0]];
-  if (record) rows.push(record.values);
+  if (record) rows.push(record.values, record.left_out.values);
   if (view.runs && view.runs.shot === view.shots.indexOf(panel.shot) && view.runs.curves[name]) rows.push(...view.runs.curves[name]);
   return boundsOf(...rows);
 };
@@ -55,6 +55,16 @@ const framesOf = (width, height, scales) => {
   };
 };
 
+// Stretches of a record without a gap, as [first, last + 1]: across a gap nothing is drawn.
+const GAP_STEPS = 5; // a gap: so many times the middle interval of the record
+const stretchesOf = (record) => {
+  if (record.stretches) return record.stretches;
+  const { time } = record, steps = Array.from(time.slice(1), (t, i) => t - time[i]), middle = [...steps].sort((a, b) => a - b)[steps.length >> 1];
+  const starts = [0, ...steps.flatMap((step, i) => (step > GAP_STEPS * middle ? [i + 1] : []))];
+  record.stretches = starts.map((from, i) => [from, starts[i + 1] ?? time.length]);
+  return record.stretches;
+};
+
 // What does not move while a slider does: axes, record, noise.
 const drawStill = (panel, frames, size) => {
   const { still, canvas, channel: { record, factor } } = panel;
@@ -70,11 +80,15 @@ const drawStill = (panel, frames, size) => {
   pen.fillText(record ? "record − model" : "no record", frames.lower.left + 6, frames.lower.top - 2);
   if (!record) return;
   const band = record.sigma.map((s) => WIDE_95 * s), lows = record.values.map((v, i) => v - band[i]), highs = record.values.map((v, i) => v + band[i]);
+  const { left_out: leftOut } = record;
+  const drawNoise = (frame, low, high) => stretchesOf(record).forEach(([from, to]) => drawBand(
+    pen, frame, record.time.slice(from, to), low.slice(from, to), high.slice(from, to), MS, factor, { colour: theme.noise }));
   inside(pen, frames.upper, () => {
-    drawBand(pen, frames.upper, record.time, lows, highs, MS, factor, { colour: theme.noise });
+    drawNoise(frames.upper, lows, highs);
+    drawPoints(pen, frames.upper, leftOut.time, leftOut.values, MS, factor, { colour: theme.mark });
     drawPoints(pen, frames.upper, record.time, record.values, MS, factor, { colour: theme.record });
   });
-  inside(pen, frames.lower, () => drawBand(pen, frames.lower, record.time, band.map((b) => -b), band, MS, factor, { colour: theme.noise }));
+  inside(pen, frames.lower, () => drawNoise(frames.lower, band.map((b) => -b), band));
 };
 
 const drawMoving = (pen, panel, frames, view, state, { time, curve, error, off }) => {
@@ -90,7 +104,10 @@ const drawMoving = (pen, panel, frames, view, state, { time, curve, error, off }
   });
   if (!record) return;
   const known = off.findIndex(Number.isNaN), shown = known < 0 ? off : off.subarray(0, known);
-  inside(pen, frames.lower, () => drawLine(pen, frames.lower, record.time.slice(0, shown.length), shown, MS, factor, { colour: theme.model, width: 1.3 }));
+  inside(pen, frames.lower, () => stretchesOf(record).forEach(([from, to]) => {
+    const end = Math.min(to, shown.length);
+    drawLine(pen, frames.lower, record.time.slice(from, end), shown.slice(from, end), MS, factor, { colour: theme.model, width: 1.3 });
+  }));
 };
 
 const paintPanel = (panel, view, state, drawn) => {

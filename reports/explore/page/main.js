@@ -138,6 +138,10 @@ const start = () => {
       `, misfit ${shownNumber(found.misfit, 3)} (1 = noise). Intervals, and whether the record identifies these values, are what birdstrike train-and-invert states.`);
   };
 
+  const showLeftOut = () => {
+    id("legend-left-out").hidden = !channelsOf(state.view).some(({ channel: { record: own } }) => own && own.left_out.time.length);
+  };
+
   const showView = (number) => {
     Object.assign(state, { view: views[number], number, run: null, best: null, dropped: null, fitted: null, recordNumber: 0 });
     document.querySelectorAll(".answer").forEach((part, i) => { part.hidden = i !== number; });
@@ -149,6 +153,7 @@ const start = () => {
     state.sliders = slidersOf(view, view.presets, setAxis);
     id("sliders").replaceChildren(...state.sliders.groups);
     id("legend-run").hidden = !view.runs;
+    showLeftOut();
     id("dropped").replaceChildren(); id("errors").replaceChildren();
     state.point = copied(view.presets[0]);
     showPresets(); showMaps(); changed(); fit();
@@ -157,10 +162,11 @@ const start = () => {
   // A dropped record takes the place of the first shot's.
   const takeRecord = (text, name) => {
     const { view } = state, [shot] = view.shots, { time } = view.systems[shot.system];
-    const channels = matchRecord(readRecord(text, units), shot, time[time.length - 1], name);
+    const channels = matchRecord(readRecord(text, units), shot, time[0], time[time.length - 1], name);
     channels.forEach((channel, i) => { shot.channels[i].record = channel.record; });
     state.panels.forEach((panel) => { panel.key = null; panel.scales = null; });
     Object.assign(state, { dropped: name, best: null, recordNumber: state.recordNumber + 1 });
+    showLeftOut();
     const guessed = channels.filter((channel) => channel.record && channel.record.guessed).map((channel) => channel.label);
     id("dropped").textContent = `${name} is drawn and scored.`;
     id("errors").replaceChildren(...(guessed.length ? [element("li", {}, `No noise is known of ${guessed.join(", ")}: 1 % of the peak is taken, so that a misfit of 1 is no measure; add a column of sigma.`)] : []));

@@ -105,19 +105,20 @@ const readRecord = (text, units) => {
   return { time, channels };
 };
 
-// One sensor's points with the noise that is known of it: the record's own, else the case's, else a share of the peak.
-const pointsOf = (time, column, noise, source) => {
-  const given = time.map((_, i) => i).filter((i) => Number.isFinite(column.values[i]));
+// One sensor's points since the simulations begin, with the noise that is known of it: the record's own, else the
+// case's, else a share of the peak.
+const pointsOf = (time, column, noise, source, start) => {
+  const given = time.map((_, i) => i).filter((i) => time[i] >= start && Number.isFinite(column.values[i]));
   const peak = Math.max(...given.map((i) => Math.abs(column.values[i])));
   const sigma = (i) => (column.sigma ? column.sigma[i] : noise || UNKNOWN_NOISE * peak);
   return {
     time: given.map((i) => time[i]), values: given.map((i) => column.values[i]), sigma: given.map(sigma), source,
-    guessed: !column.sigma && !noise,
+    left_out: { time: [], values: [] }, guessed: !column.sigma && !noise,
   };
 };
 
 // The shot's channels with the record's points; throws RecordError for sensors or units that the emulator has not.
-const matchRecord = (record, shot, end, source) => {
+const matchRecord = (record, shot, start, end, source) => {
   const known = shot.channels.map((channel) => channel.name), errors = [];
   Object.entries(record.channels).forEach(([name, column]) => {
     const own = shot.channels.find((channel) => channel.name === name);
@@ -125,12 +126,13 @@ const matchRecord = (record, shot, end, source) => {
     else if (own.si !== column.si) errors.push(`"${name}" is given in a unit of another kind than ${own.unit || "a bare number"}`);
     else if (!column.values.some((v) => Number.isFinite(v) && v !== 0)) errors.push(`"${name}" is zero everywhere: a dead sensor? leave its column out`);
   });
-  if (!errors.length && record.time.filter((t) => t >= 0 && t <= end).length < 3) {
-    errors.push(`fewer than 3 instants lie inside the simulated record (0 to ${plainNumber(1e3 * end)} ms)`);
+  const inside = ({ values }) => record.time.filter((t, i) => t >= start && t <= end && Number.isFinite(values[i]));
+  if (!errors.length && Object.values(record.channels).some((column) => inside(column).length < 3)) {
+    errors.push(`fewer than 3 instants lie inside the simulated record (${plainNumber(1e3 * start)} to ${plainNumber(1e3 * end)} ms)`);
   }
   if (errors.length) throw new RecordError(errors);
   return shot.channels.map((channel) => {
     const column = record.channels[channel.name];
-    return { ...channel, buffer: null, record: column ? pointsOf(record.time, column, channel.noise, source) : null };
+    return { ...channel, buffer: null, record: column ? pointsOf(record.time, column, channel.noise, source, start) : null };
   });
 };

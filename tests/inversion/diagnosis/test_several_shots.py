@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -144,6 +145,23 @@ def test_the_page_to_play_with_and_the_cards_say_whose_bird_they_have(found: Dia
     assert "Records: slow, fast. The records are simulated, not measured." in said
     assert "The bird is that of shot slow; every shot has its own" in said
     assert "the bird is that of shot slow; every shot has its own" in read_diagnosis(out).said
+
+
+@pytest.mark.usefixtures("found")
+def test_a_fault_of_a_later_shot_is_added_to_the_instrument_of_that_shot(out: Path, tmp_path: Path) -> None:
+    """The page took the instrument of the first shot's case for that of every shot."""
+    folder = tmp_path / "out"
+    shutil.copytree(out, folder)
+    later = folder / "diagnosis_fast.toml"
+    later.write_text(f"{later.read_text()}\n[instrument.{CENTRE}]\ngain = 1.5\n")
+    (view,) = read(folder)
+    told = {one["label"]: (one["stated"], one["elsewhere"]) for one in view.effects}
+    first, later_ones = told[f"sensor_gain.{CENTRE}"]
+    assert first["gain"] == 1.0
+    assert {name: one["gain"] for name, one in later_ones.items()} == {"fast": 1.5}
+    assert told[f"sensor_gain.{SIDE}"][1] == {}, "both cases state the same"
+    later.unlink()
+    assert read(folder)[0].effects, "a folder of an earlier version has the first shot's case alone"
 
 
 def test_a_picture_names_its_shot_and_what_is_not_there(found: Diagnosis) -> None:

@@ -19,6 +19,7 @@ import birdstrike.inversion.forward
 from birdstrike import evidence
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import file_digest
 from birdstrike.data.out_folder import MARK
 from birdstrike.doe.solvers import solver_for
 from birdstrike.reports.evidence.archive import _other_solver
@@ -150,6 +151,11 @@ def test_evidence_that_could_not_be_repeated_is_refused(tmp_path: Path, zipped: 
     assert evidence(folder, tmp_path / "e.zip", doe=campaign, measured=[record]).path.is_file()
     with pytest.raises(UserError, match="is a zip; name it so"):
         evidence(folder, tmp_path / "e.tar", doe=campaign, measured=[record])
+    changed = tmp_path / "changed" / record.name
+    changed.parent.mkdir()
+    changed.write_text(record.read_text().replace("\n0.", "\n 0.", 1))
+    with pytest.raises(UserError, match=r"is not as the inversion read it .* as it was read: --measured CSV"):
+        evidence(folder, tmp_path / "f.zip", doe=campaign, measured=[changed])
     (campaign / "curves.csv").write_text((campaign / "curves.csv").read_text() + "\n")
     with pytest.raises(UserError, match="has been edited since the campaign wrote it"):
         evidence(folder, tmp_path / "f.zip", doe=campaign, measured=[record])
@@ -225,6 +231,12 @@ def test_records_of_a_diagnosis_are_enclosed_or_an_open_point(tmp_path: Path) ->
     assert not beside
     assert "not in this archive" in said
     assert "moved.csv" in said
+    digests = [file_digest(one) for one in (own, clean)]
+    told = diagnosis(record={"files": [str(own), str(clean)], "digests": digests})
+    assert of_diagnosis(told, [own])[0] == (clean.resolve(),)
+    clean.write_text("time_s,displacement_centre_m\n0,1\n")
+    with pytest.raises(UserError, match=r"clean.csv .* is not as the diagnosis read it .* repeat birdstrike diagnose"):
+        of_diagnosis(told, [own])
     beside, (said,) = of_diagnosis(diagnosis(record={}, baseline={"shots": ["clean"]}), [own])
     assert "1 of which the diagnosis does not say the files" in said
 

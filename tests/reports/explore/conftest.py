@@ -71,17 +71,23 @@ def loop(tmp_path_factory: pytest.TempPathFactory) -> Path:
             executor=pool,
             say=lambda _: None,
         )
-    record = write_record(folder / "shot7.csv")
+    inverted(folder, write_record(folder / "shot7.csv"), folder / "inversion")
+    return folder
+
+
+def inverted(loop: Path, record: Path, out: Path) -> Path:
+    """The folder of an inversion of a record by the campaign in `loop/doe`."""
+    case = rig()
     train_and_invert(
-        folder / "doe",
+        loop / "doe",
         record,
-        folder / "inversion",
+        out,
         method="emulator",
         case=case,
         forward=lambda theta: strike(case.with_values(theta)),
         extras=Extras(refine=0, posterior=False),
     )
-    return folder
+    return out
 
 
 @pytest.fixture(scope="session")

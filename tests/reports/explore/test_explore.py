@@ -16,15 +16,17 @@ from typer.testing import CliRunner
 
 import birdstrike.reports.explore.explore
 from birdstrike.cli.app import app
-from birdstrike.data.curves import read_measured
+from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.reports.explore.explore import LARGEST, SCRIPTS, explore
+from birdstrike.reports.explore.kinds.inversion import read
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from birdstrike.surrogate.files import load_emulator
 from tests.diagnoses import written_diagnosis
 from tests.reports.explore.browser import Browser
+from tests.reports.explore.conftest import NOISE, TIME, inverted, rig, strike
 from tests.reports.explore.exactness import EXACT, drawn, errors_at, off
 
 LABELS = """() => {
@@ -183,6 +185,48 @@ def test_a_dropped_record_is_scored_as_python_scores_it(
     assert browser.run("window.explore.state.best.misfit") < 1.0001 * expected
 
 
+def test_readings_before_the_simulation_begins_are_not_scored(browser: Browser, page: Path) -> None:
+    """They lie on the model's rest, and diluted the misfit."""
+    head, *rows = GOOD.splitlines(keepends=True)[1:]
+    browser.open(page)
+    drop(browser, head + "".join(rows), "shot8.csv")
+    browser.run("window.explore.draw()")
+    alone = browser.run("window.explore.state.panels[0].score")
+    drop(browser, head + "".join(f"{t},0,0.05\n" for t in range(-900, 0, 50)) + "".join(rows), "shot8.csv")
+    browser.run("window.explore.setPoint(window.explore.state.view.presets[0]); window.explore.draw()")
+    assert browser.run("window.explore.state.panels[0].score") == pytest.approx(alone, rel=1e-9)
+
+
+def clipped_record(path: Path) -> Path:
+    """A record at 400 Pa s that begins before the simulation, and whose amplifier ends at 60 % of the peak."""
+    time = np.arange(-0.3e-3, 0.9e-3, 5e-6)
+    curve = strike(rig().with_values({"bird.material.viscosity": 400.0})).channels["displacement_centre"]
+    values = np.interp(time, TIME, curve, left=0.0) + NOISE * np.random.default_rng(1).normal(size=len(time))
+    values = np.minimum(values, 0.6 * curve.max())
+    write_measured(path, Measured(time, {"displacement_centre": values}, {}, {"displacement_centre": "m"}))
+    return path
+
+
+def test_the_misfit_is_of_the_points_that_the_fit_has_used(browser: Browser, loop: Path, tmp_path: Path) -> None:
+    """The page scored clipped readings and those before contact: 32 where the fit was as good as noise allows."""
+    folder = inverted(loop, clipped_record(tmp_path / "clipped.csv"), tmp_path / "inversion")
+    content = json.loads((folder / "inversion.json").read_text())["measured"]
+    (view,) = read(folder)
+    record = view.shots[0]["channels"][0]["record"]
+    (cut,) = content["cuts"]["displacement_centre"].values()
+    assert len(record["time"]) == content["points"]["displacement_centre"]
+    assert not np.isin(np.round(record["time"], 9), np.round(cut, 9)).any()
+    assert len(cut) > 20
+    assert record["time"][0] >= 0.0
+    assert {*np.round(cut, 9)} <= {*np.round(record["left_out"]["time"], 9)}
+    browser.open(explore(folder, tmp_path / "page.html"))
+    browser.run("window.explore.draw()")
+    assert float(browser.run("document.getElementById('misfit').textContent")) < 2.0
+    assert "left out of the fit" in browser.run("document.querySelector('.legend').innerText")
+    browser.open(explore(loop / "doe", tmp_path / "campaign.html"))
+    assert "left out of the fit" not in browser.run("document.querySelector('.legend').innerText")
+
+
 @pytest.mark.parametrize(
     ("text", "where"),
     [
@@ -312,6 +356,26 @@ def test_a_share_of_decades_is_copied_as_the_value_that_it_means(browser: Browse
     )
     assert toml == '[bird.material]\nyoung = "22.36067977 MPa"\n'
     assert "--set 'bird.material.young=22.36067977 MPa'" in command
+
+
+def test_what_is_copied_says_of_which_shots_it_is(browser: Browser, page: Path) -> None:
+    """The command for the first shot's case had the effect of another shot alone, and an instrument that is stated
+    otherwise in another shot's case was not told."""
+    browser.open(page)
+    stated = {"gain": 1, "time_offset": 0, "drift": 0, "bandwidth": None}
+    gain = {"name": "sensor_gain", "single": "w", "stated": stated, "elsewhere": {"fast": {**stated, "gain": 1.5}}}
+    effects = [
+        {**gain, "label": "sensor_gain.w", "shots": ["slow", "fast"]},
+        {"name": "impact_speed", "label": "impact_speed@fast", "shots": ["fast"], "single": None, "unit": ""},
+    ]
+    view = json.dumps({"parameters": [], "effects": effects, "case": "case.toml", "shots": [{"name": "slow"}]})
+    point = '{"theta": [], "effects": {"sensor_gain.w": 0.02, "impact_speed@fast": 0.05}}'
+    toml, command = browser.run(
+        f"(() => {{ {scripts()} return [tomlOf, commandOf].map((of) => of({view}, {point})); }})()"
+    )
+    assert "gain = 1.02 # of shot fast: 1.53\n" in toml
+    assert "impact_speed = 0.05 # of shot fast alone\n" in toml
+    assert command == "birdstrike simulate case.toml --set instrument.w.gain=1.02 --out what_if"
 
 
 def test_probabilities_read_as_in_the_sentence_of_a_diagnosis(browser: Browser, page: Path) -> None:

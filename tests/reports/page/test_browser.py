@@ -125,3 +125,25 @@ def test_a_long_name_without_a_blank_stays_on_the_page(tmp_path: Path) -> None:
         assert browser.run("document.documentElement.scrollWidth") <= 360
         wide = "[...document.querySelectorAll('h1, h2, p, li, nav a, caption, figcaption, .scroll')].filter((one) => "
         assert browser.run(f"{wide}one.getBoundingClientRect().right > 360).map((one) => one.tagName)") == []
+
+
+def test_a_jump_ends_below_the_row_of_switches_however_many_lines_that_has(tmp_path: Path) -> None:
+    """In a narrow window the row has several lines, and covered the heading."""
+    switches = [
+        {"key": f"k{i}", "title": "a long name of a model", "colour": "#000", "dashes": "none"} for i in range(6)
+    ]
+    sections = [Section(f"part{i}", f"Part {i}", tuple(Paragraph("Text.") for _ in range(60))) for i in range(3)]
+    page = tmp_path / "page.html"
+    page.write_text(rendered("Title", "", sections, switches), encoding="utf-8")
+    with Browser(tmp_path / "profile") as browser:
+        browser.resize(360, 740)
+        browser.ask("Page.navigate", url=page.as_uri())
+        browser.until("document.readyState === 'complete' && document.querySelector('#part1')")
+        browser.until("getComputedStyle(document.documentElement).getPropertyValue('--bar')")
+        top, bar = browser.run(
+            "(() => { document.querySelector('nav a[href=\"#part1\"]').click(); "
+            "return [document.querySelector('#part1 h2'), document.getElementById('switches')].map("
+            "(one) => one.getBoundingClientRect()).map((box, i) => i ? box.bottom : box.top); })()"
+        )
+    assert bar > 60.0
+    assert bar < top < bar + 80.0
