@@ -206,7 +206,7 @@ SENSORS = {
     "sensors.<name>.along": "Direction in space: of a displacement, absent: the push; of a gauge, laid on the shell.",
     "sensors.<name>.support": "Of a reaction force: the set of the target's supports under which the load cell is; "
     "absent: the whole frame.",
-    "sensors.<name>.noise": "One standard deviation, above 0, in the unit of its kind; absent: none is known.",
+    "sensors.<name>.noise": "One standard deviation, in the unit of its kind; absent or 0: none is known.",
     "sensors.<name>.measure": "Of a strain: of a rosette at the place instead of one gauge.",
     "sensors.<name>.direction": "Of a strain gauge, on the shell, from the length axis towards the width's.",
     "sensors.<name>.side": "Of a strain gauge; impact: towards z > 0, of an upright shell towards x > 0.",

@@ -8,7 +8,6 @@ from typing import Any
 from pydantic_core import PydanticCustomError
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.case.rules import zero_noise
 from birdstrike.solver.case.sections import quantity_at
 from birdstrike.solver.fields import Between, Count
 from birdstrike.solver.sensors.sensor import Sensor
@@ -41,13 +40,17 @@ def of_range(mark: Between) -> tuple[Check, str]:
 
 
 def of_noise(kind: type[Sensor]) -> Check:
-    """Check of the noise that is stated of a kind of sensor; the text is kept."""
+    """Check of the noise that is stated of a kind of sensor; the text is kept. A case reads 0 as none."""
     number, _ = of_range(kind.noise_range)
+    unit = f" {kind.noise_range.shown}".rstrip()
 
     def check(value: Any) -> Any:
         given = number(value)
-        if said := zero_noise(kind, given):
-            raise UserError(said)
+        if kind.noise_range.valid(given) == 0.0:
+            raise UserError(
+                f"is no noise: it must be above 0{unit}, at most {kind.noise_range.high}; leave it out where none is "
+                "known, and the record's own is taken"
+            )
         return given
 
     return check

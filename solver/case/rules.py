@@ -30,7 +30,7 @@ from birdstrike.solver.case.sections import quantity_at, quantity_in, said, si
 from birdstrike.solver.fields import Between
 from birdstrike.solver.sensors.instrument import drift_of_some_kind
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
-from birdstrike.solver.sensors.sensor import PlateText, Sensor
+from birdstrike.solver.sensors.sensor import PlateText
 from birdstrike.solver.target.generators.registry import GENERATORS
 from birdstrike.solver.target.laws.registry import TARGET_LAWS
 
@@ -274,17 +274,6 @@ def _times(raw: Raw) -> Iterator[str]:
         )
 
 
-def zero_noise(kind: type[Sensor], noise: Any) -> str:
-    """Why a noise of 0 cannot be stated of a kind of sensor, and what to do; "" of any other value."""
-    if kind.noise_range.valid(noise) != 0.0:
-        return ""
-    unit = f" {kind.noise_range.shown}".rstrip()
-    return (
-        f"is no noise: it must be above 0{unit}, at most {kind.noise_range.high}; leave it out where none is known, "
-        "and the record's own is taken"
-    )
-
-
 def broken_sensor_rules(raw: Raw) -> Iterator[str]:
     """One line for every broken rule about sensors and instruments of a case as read from its file."""
     sensors, plate = raw.get("sensors"), _plate(raw)
@@ -294,8 +283,6 @@ def broken_sensor_rules(raw: Raw) -> Iterator[str]:
         kind = SENSORS.chosen(sensor)
         if kind is not None:
             yield from kind.broken_rules(name, sensor, plate)
-            if said := zero_noise(kind, sensor.get("noise")):
-                yield f"sensors.{name}.noise = {sensor['noise']} {said}"
     yield from _instruments(raw)
     yield from _discrepancies(raw)
 

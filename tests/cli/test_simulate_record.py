@@ -41,9 +41,8 @@ def test_a_noisy_record_stands_beside_clean_histories(tmp_path):
 
 
 def test_noise_without_a_sigma_is_refused_before_the_run(tmp_path):
-    case = tmp_path / "case.toml"
-    case.write_text('extends = "reference_strike"\nwithout = ["sensors.displacement_centre.noise"]\n')
-    result = CliRunner().invoke(app, ["simulate", str(case), "--out", str(tmp_path / "out"), "--noise", "1"])
+    command = ["simulate", "reference_strike", "--out", str(tmp_path), "--noise", "1"]
+    result = CliRunner().invoke(app, [*command, "--set", "sensors.displacement_centre.noise=0 mm"])
     assert result.exit_code == 1
     assert "no sensor has noise" in result.output
 

@@ -122,15 +122,6 @@ def test_a_sensor_off_the_plate_is_named_with_the_plates_size() -> None:
     )
 
 
-@pytest.mark.parametrize(("sensor", "value", "unit"), [("displacement_centre", "0 mm", " mm"), ("strain_1", "0", "")])
-def test_a_noise_of_zero_is_no_noise_that_could_be_stated(sensor: str, value: str, unit: str) -> None:
-    """It was accepted, and read as if nothing had been stated."""
-    kind = {"sensors.strain_1.kind": "strain"} if sensor == "strain_1" else {}
-    (line,) = errors_with({**kind, f"sensors.{sensor}.noise": value})
-    assert line.startswith(f"sensors.{sensor}.noise = {value} is no noise: it must be above 0{unit}, at most 1")
-    assert line.endswith("leave it out where none is known, and the record's own is taken")
-
-
 def test_a_sensors_noise_is_in_the_unit_of_its_kind() -> None:
     (line,) = errors_with({"sensors.contact_force.noise": "0.1 mm"})
     assert line.endswith('"0.1 mm" is not in a unit of this dimension; accepted units: N, kN')
