@@ -55,7 +55,8 @@ from birdstrike.inversion.estimation.verification import write_verification
 from birdstrike.inversion.forward import Forward, StoredSolver
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import TRAINING_FILE, InversionOutcome, invert
-from birdstrike.inversion.observations.filters import FilteredForward, filtered_dataset, filtered_record
+from birdstrike.inversion.observations.filtered_records import FilteredRecord, filtered_by_laboratory, filtered_record
+from birdstrike.inversion.observations.filters import FilteredForward, ModelFilter, refuse_class
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.case.case import Case, as_case, case_hash
@@ -66,7 +67,7 @@ from birdstrike.surrogate.files import save_emulator, save_network
 from birdstrike.surrogate.inverse_network import HIDDEN
 
 OPTIONS_FILE = "options.json"
-"""Beside inversion.json: what was asked for, so that it can be asked for again."""
+"""Beside inversion.json: what was asked for, so that it can be asked for again, and each shot's filter of the model."""
 MOST_HIDDEN = 100
 """Neurons of the network."""
 One = str | Path
@@ -86,8 +87,9 @@ class Extras:
     copies of every training run, None for 10 (0 with linear outputs or an ensemble); discrepancy: a stated slow error
     of the model, share of each channel's peak (1 sigma), None for what the case states by sensor; mesh: curves of a
     mesh study (convergence.csv), whose uncertainty every model then carries;
-    filter: a named zero-phase filter for record and model alike; posterior: drawn, with the identifiability's figures;
-    else the intervals are linearised; retry_failed: runs with a failure on record are tried again;
+    filter: a named zero-phase filter for record and model alike; filtered: the one that the laboratory has passed the
+    record through, for the model alone; posterior: drawn, with the identifiability's figures; else the intervals are
+    linearised; retry_failed: runs with a failure on record are tried again;
     retry: those alone whose failure was stored before this time [s, Unix], where a longer command has taken it;
     channels: of the record that are used, all where none is named; mesh_correction: whether a few simulations on a
     finer mesh correct the campaign's curves; outputs: of the network, "bounded" by the ranges or "linear", the paper's;
@@ -100,6 +102,7 @@ class Extras:
     discrepancy: float | None = None
     mesh: Path | None = None
     filter: str | None = None
+    filtered: str | None = None
     posterior: bool = True
     retry_failed: bool = False
     retry: float = 0.0
@@ -191,7 +194,7 @@ def train_and_invert(
             name = case_file(number)
             copy_case(shot.case, folder, name, "" if number == 1 else f"{Path(name).stem}/")
     asked = {"trainer": trainer, "method": method, "seed": seed, "allow_rank_deficient": allow_rank_deficient}
-    write_json(folder / OPTIONS_FILE, asked | _sources(folders, pairs) | {"extras": asdict(more)})
+    write_json(folder / OPTIONS_FILE, asked | _sources(folders, pairs) | {"extras": asdict(more)} | _filters(shots))
     _write(folder, outcome, dataset, record)
     return outcome.inversion
 
@@ -238,6 +241,19 @@ def _sources(folders: Sequence[Path], pairs: Sequence[tuple[Any, Any]]) -> dict[
     return {"campaigns": [str(folder) for folder in folders], "measured": records, "cases": cases}
 
 
+def _of_filters(shots: Sequence[Shot]) -> tuple[str, ...]:
+    """What the user should know of records that were filtered; of several shots each with its file."""
+    return tuple(
+        f"{shot.measured.path}: {text}" if len(shots) > 1 else text for shot in shots for text in shot.warnings
+    )
+
+
+def _filters(shots: Sequence[Shot]) -> dict[str, Any]:
+    """Each shot's filter of the model, where they have one."""
+    found = [asdict(shot.filter) for shot in shots if shot.filter is not None]
+    return {"filters": found} if found else {}
+
+
 def inverted(
     shots: Sequence[Shot], more: Extras, progress: Progress | None
 ) -> tuple[InversionOutcome, Dataset, Measured]:
@@ -269,7 +285,11 @@ def inverted(
     corrections = tuple(shot.mesh_correction for shot in shots if shot.mesh_correction is not None)
     inversion = replace(
         outcome.inversion,
-        warnings=(*outcome.inversion.warnings, *shells_of_a_file(figures.mesh_file for figures in corrections)),
+        warnings=(
+            *outcome.inversion.warnings,
+            *_of_filters(shots),
+            *shells_of_a_file(figures.mesh_file for figures in corrections),
+        ),
         refinement=refinement,
         shots=joint.figures,
         shot_scatter=scatter,
@@ -291,6 +311,19 @@ def _refuse_values(more: Extras) -> None:
     if share is not None and (not isinstance(share, Real) or not 0.0 <= share <= 1.0):
         raise UserError(
             f"discrepancy = {share!r} is outside 0 .. 1: it is a share of each channel's peak (1 sigma), such as 0.02"
+        )
+    _refuse_filters(more)
+
+
+def _refuse_filters(more: Extras) -> None:
+    """Raises UserError for an unknown class, and for a record that would be filtered twice."""
+    for option in ("filter", "filtered"):
+        if (name := getattr(more, option)) is not None:
+            refuse_class(option, name)
+    if more.filter and more.filtered:
+        raise UserError(
+            f"filter = {more.filter} and filtered = {more.filtered} were both given: a record that the laboratory has "
+            "filtered would be filtered twice, the model once; leave one out"
         )
 
 
@@ -366,7 +399,7 @@ class _Call:
     """What the shots of one call share.
 
     folders: of the campaigns; out: where new runs go; forward: in the solver's place; retry: see Extras; solvers: those
-    that were made, by their case's hash.
+    that were made, by their case's hash and filter.
     """
 
     folders: list[Path]
@@ -375,25 +408,34 @@ class _Call:
     more: Extras
     forward: Forward | None
     retry: float
-    solvers: dict[str, Forward] = field(default_factory=dict)
+    solvers: dict[tuple[str, ModelFilter | None], Forward] = field(default_factory=dict)
 
-    def solver(self, case: Case) -> Forward:
-        """The forward model of a case, one for all shots that share it."""
-        key = "" if self.forward else case_hash(case)
-        return self.solvers.setdefault(key, self._solver(case))
+    def solver(self, case: Case, passed: ModelFilter | None = None) -> Forward:
+        """The forward model of a case with its curves filtered, one for all shots that share both."""
+        key = ("" if self.forward else case_hash(case), passed)
+        return self.solvers.setdefault(key, self._solver(case, passed))
 
-    def _solver(self, case: Case) -> Forward:
-        """Filtered as the records are; runs of all campaigns are at hand."""
+    def _solver(self, case: Case, passed: ModelFilter | None) -> Forward:
+        """Runs of all campaigns are at hand."""
         stores = tuple(RunStore(folder / "runs") for folder in self.folders)
         run: Forward = self.forward or StoredSolver(case, RunStore(self.out / "runs"), stores, retry=self.retry)
-        return FilteredForward(run, self.more.filter) if self.more.filter else run
+        return run if passed is None else FilteredForward(run, passed)
+
+    def _filtered(self, read: Measured, dataset: Dataset, options: InversionOptions) -> FilteredRecord | None:
+        """The record through the filter, or as one that the laboratory has filtered; None without a filter."""
+        if self.more.filter:
+            return filtered_record(read, self.more.filter, dataset, options.noise, options.time_offset)
+        return filtered_by_laboratory(read, self.more.filtered, dataset) if self.more.filtered else None
 
     def shot(self, read: Measured, case: One | Case | None, progress: Progress) -> Shot:
         """A record with the campaign of its case."""
         dataset, base, campaign = _campaign(self.folders, case)
-        if self.more.filter:
-            dataset, read = filtered_dataset(dataset, self.more.filter), filtered_record(read, self.more.filter)
-        solver, options = self.solver(base), self.options.of_case(base)
+        options = self.options.of_case(base)
+        filtered = self._filtered(read, dataset, options)
+        passed = None if filtered is None else filtered.filter
+        if filtered is not None:
+            dataset, read = filtered.filter.dataset(dataset), filtered.measured
+        solver = self.solver(base, passed)
         nuisances, shares = case_nuisances(base), stated_discrepancy(base, read.channels, self.more.discrepancy)
         bands = _bands(self.more.mesh) if self.more.mesh else None
         known_errors = _in_words(base, nuisances, shares, self.more)
@@ -401,21 +443,23 @@ class _Call:
         if self.more.mesh_correction:
             refuse_uncorrectable(dataset, read, base, options)
             fine = fine_mesh(base, base)
-            verifier = self.solver(fine)
+            verifier = self.solver(fine, passed)
             corrected = correct_campaign(dataset, verifier, fine, [*read.channels], progress, options.seed)
             dataset = corrected.dataset
-        columns = _error_columns(dataset, NuisanceRuns(solver, nuisances), shares, bands, corrected)
+        columns = _error_columns(dataset, NuisanceRuns(solver, nuisances), shares, bands, corrected, filtered)
         return Shot(
             dataset=dataset,
             measured=read,
             forward=solver if corrected is None else corrected.forward(solver),
             options=options,
-            columns=columns if known_errors else None,
+            columns=columns if known_errors or (filtered is not None and filtered.baselines) else None,
             known_errors=known_errors,
             campaign=campaign,
             verifier=verifier,
             mesh_correction=None if corrected is None else corrected.figures,
             case=base,
+            filter=passed,
+            warnings=() if filtered is None else filtered.warnings,
         )
 
 
@@ -425,14 +469,16 @@ def _error_columns(
     shares: Mapping[str, float],
     bands: Histories | None,
     corrected: CorrectedCampaign | None,
+    filtered: FilteredRecord | None,
 ) -> Columns:
-    """The known errors of a shot's model as columns, one standard deviation each, where a fit stands."""
+    """The known errors of a shot's model and of its record's rest as columns, one standard deviation each."""
 
     def columns(observations: Observations, mode: Mode) -> Array:
         parts = [moved.columns(observations, dataset.named(mode.theta), mode.t0)]
         parts += [discrepancy_columns(shares, observations)] if shares else []
         parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
         parts += [corrected.columns(observations, mode)] if corrected else []
+        parts += [filtered.rest_columns(observations)] if filtered else []
         return np.hstack(parts)
 
     return columns

@@ -103,6 +103,9 @@ def command(
     filter: Annotated[  # noqa: A002 (the option's name)
         str | None, typer.Option(help="CFC60, CFC180, CFC600 or CFC1000, zero-phase, for record and model alike.")
     ] = None,
+    filtered: Annotated[
+        str | None, typer.Option(help="The filter that the laboratory has used on the record: for the model alone.")
+    ] = None,
     posterior: Annotated[
         bool, typer.Option(help="Draw the posterior and its identifiability; else linearised intervals.")
     ] = True,
@@ -128,6 +131,7 @@ def command(
         discrepancy=discrepancy,
         mesh=mesh,
         filter=filter,
+        filtered=filtered,
         posterior=posterior,
         retry_failed=retry_failed,
         channels=names_of(channels),

@@ -25,6 +25,7 @@ from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.forward import Forward, watched
+from birdstrike.inversion.observations.filters import ModelFilter
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.ingredients import MeshCorrectionFigures, ShotFigures
 from birdstrike.solver.case.case import Case
@@ -39,7 +40,8 @@ class Shot:
 
     options: its noise and time origin; columns: errors of its own (nuisances, mesh), None where it has none;
     known_errors: those in words; campaign: folder of the runs, if they come from one; verifier: the forward model on
-    the fine mesh, where the campaign is corrected for it; case: that the runs are of.
+    the fine mesh, where the campaign is corrected for it; case: that the runs are of; filter: that the
+    model's curves have passed; warnings: what the user should know of a record that was filtered.
     """
 
     dataset: Dataset
@@ -52,6 +54,8 @@ class Shot:
     verifier: Forward | None = None
     mesh_correction: MeshCorrectionFigures | None = None
     case: Case | None = None
+    filter: ModelFilter | None = None
+    warnings: tuple[str, ...] = ()
 
     @property
     def verified_by(self) -> Forward:

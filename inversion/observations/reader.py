@@ -124,7 +124,7 @@ class Expected:
             units=dataset.channel_units,
             start=start,
             end=end - spared,
-            rest_until=max(start, _first_motion(dataset)) - reach,
+            rest_until=max(start, first_motion(dataset)) - reach,
             noise=noise,
             of="the campaign's case",
             spared=spared,
@@ -141,7 +141,7 @@ class Expected:
         return float(np.median([0.0 if scatter is None else scatter[0] for scatter in scatters]))
 
 
-def _first_motion(dataset: Dataset) -> float:
+def first_motion(dataset: Dataset) -> float:
     """The last instant at which no run has moved any sensor yet [s]."""
     first = len(dataset.time) - 1
     for curves in dataset.curves.values():

@@ -76,7 +76,8 @@ def invert_words(
     words += ["--seed", str(options["seed"]), "--refine", str(extras.get("refine", 0))]
     if "hidden" in extras:
         words += ["--hidden", "search" if extras["hidden"] is None else str(extras["hidden"])]
-    for name, unset in (("copies", None), ("outputs", "bounded"), ("discrepancy", None), ("filter", None)):
+    for name in ("copies", "outputs", "discrepancy", "filter", "filtered"):
+        unset = "bounded" if name == "outputs" else None
         if extras.get(name, unset) != unset:
             words += [f"--{name}", str(extras[name])]
     words += ["--mesh", mesh] if extras.get("mesh") else []

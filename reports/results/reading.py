@@ -19,9 +19,11 @@ from birdstrike.data.store import RunStore
 from birdstrike.data.units import display
 from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.inversion.observations.filters import ModelFilter
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.ingredients import ShotFigures
 from birdstrike.inversion.results.inversion import AGAIN, Inversion
+from birdstrike.inversion.train_and_invert import OPTIONS_FILE
 from birdstrike.reports.results.parts import Parts, find_parts, invert_again
 from birdstrike.reports.results.results import CampaignResults, Convergence, InversionResults, Results, RunSummary
 
@@ -103,6 +105,8 @@ def read_results(source: Path | Parts) -> Results:
             f"{invert_again(parts.doe, parts.inversion)}"
         )
     verifications = _verification_summaries(campaign.campaign, inverted)
+    passed = inverted.filter
+    campaign = campaign if passed is None else replace(campaign, dataset=passed.dataset(campaign.dataset))
     return Results(
         **vars(inverted),
         **{name: value for name, value in vars(campaign).items() if name not in ("folder", "summaries")},
@@ -131,17 +135,26 @@ def read_inversion(parts: Parts, inverted: Path) -> InversionResults:
     inversion = _inversion(inverted / "inversion.json")
     others, inversion = other_shots(inversion), first_shot(inversion)
     record, simulated = _verification(inverted / "verification.csv", inversion)
+    passed = _filter(inverted)
     return InversionResults(
         folder=parts.folder,
         inverted=inverted,
         record=record,
         inversion=inversion,
         simulated=simulated,
-        verified={method: _verified(parts, inverted, inversion, method) for method in simulated},
+        verified={method: _verified(parts, inverted, inversion, method, passed) for method in simulated},
         convergence=_convergence(inverted, inversion),
         draws=_draws(inverted, inversion),
         other_shots=others,
+        filter=passed,
     )
+
+
+def _filter(inverted: Path) -> ModelFilter | None:
+    """Of the first shot's curves; None without one, and for a folder of a version that did not store it."""
+    path = inverted / OPTIONS_FILE
+    first = (read_json(path).get("filters") or [None])[0] if path.is_file() else None
+    return None if first is None else ModelFilter(**first)
 
 
 def _inversion(path: Path) -> Inversion:
@@ -185,13 +198,14 @@ def read_verification(
     return table["time_s"], found.pop("measured"), found
 
 
-def _verified(parts: Parts, inverted: Path, inversion: Inversion, method: str) -> Histories:
-    """The verification run with its pictures from the run store, else its curves alone."""
+def _verified(parts: Parts, inverted: Path, inversion: Inversion, method: str, passed: ModelFilter | None) -> Histories:
+    """The verification run with its pictures from the run store, else its curves alone; filtered as they were."""
     key = inversion.methods[method].run
     stores = (folder / "runs" for folder in (inverted, parts.doe) if folder is not None)
     for runs in stores:
         if key is not None and (found := RunStore(runs).look_up(key)) is not None:
-            return replace(found, summary={**found.summary, "run_key": key})
+            found = replace(found, summary={**found.summary, "run_key": key})
+            return found if passed is None else passed.histories(found)
     path = inverted / f"verified_{method}.csv"
     if not path.is_file():
         raise UserError(f"{path} is missing; repeat: {invert_again(parts.doe or Path('DOE'), inverted)}")

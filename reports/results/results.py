@@ -14,6 +14,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.run_warnings import merged, unlike
+from birdstrike.inversion.observations.filters import ModelFilter
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.case.case import Case
@@ -106,7 +107,8 @@ class InversionResults:
 
     inverted: that folder; record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the
     record's times, NaN where it has no value; verified: method -> its run; draws: of the posterior, name -> (n,) SI,
-    None for none; other_shots: a sentence about each shot inverted together with the record.
+    None for none; other_shots: a sentence about each shot inverted together with the record; filter: through which the
+    simulated curves were compared with the record, None for none.
     """
 
     folder: Path
@@ -118,6 +120,16 @@ class InversionResults:
     convergence: Convergence | None
     draws: Mapping[str, Array] | None = None
     other_shots: tuple[str, ...] = ()
+    filter: ModelFilter | None = None
+
+    def compared(self, run: Histories) -> Histories:
+        """A simulation's curves as they are compared with the record: filtered where the inversion's were."""
+        return run if self.filter is None else self.filter.histories(run)
+
+    @property
+    def filter_text(self) -> str:
+        """Through which filter the curves have passed; "" without one."""
+        return "" if self.filter is None else f"The simulated curves have passed {self.filter.name}, as the record has."
 
     @property
     def best(self) -> str:

@@ -73,6 +73,7 @@ def _comparison_caption(results: InversionResults, channel: str) -> str:
     parts.append(f"{clocks[0].upper()}{clocks[1:]}. Below: simulated minus record. Triangles: simulated peaks.")
     measured = results.inversion.measured
     size = f"{quantity(measured.noise[channel], unit, 2)} ({measured.noise_source[channel]})"
+    parts += [results.filter_text] if results.filter_text else []
     known = f"Grey band: two standard deviations of the record's noise, {size}."
     unknown = f"No noise is stated for the record, so no band is drawn; {size} was used."
     return " ".join([*parts, unknown if noise(results, channel) is None else known])

@@ -106,8 +106,9 @@ def _words(results: Results) -> str:
         return f"{alone}; without --no-models, birdstrike report adds {others}."
     return (
         f"The same impact with {count} bird models: the standard ones with the paper's constants, the inverted one at "
-        f"its calibrated parameters; shape, mass, speed, plate and mesh are the case's. {ranking(results)}"
-    )
+        f"its calibrated parameters; shape, mass, speed, plate and mesh are the case's. {ranking(results)} "
+        f"{results.filter_text}"
+    ).rstrip()
 
 
 def ranking(results: Results) -> str:

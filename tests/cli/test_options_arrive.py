@@ -40,6 +40,7 @@ def handed(monkeypatch: pytest.MonkeyPatch, function: str, *words: str) -> dict[
         ("--mesh study/convergence.csv", "mesh", Path("study/convergence.csv")),
         ("--mesh-correction", "mesh_correction", True),
         ("--filter CFC600", "filter", "CFC600"),
+        ("--filtered CFC180", "filtered", "CFC180"),
         ("--no-posterior", "posterior", False),
         ("--channels strain,force", "channels", ("strain", "force")),
         ("--retry-failed", "retry_failed", True),

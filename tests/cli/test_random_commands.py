@@ -82,6 +82,7 @@ OPTIONS = {
         "--method",
         "--refine",
         "--filter",
+        "--filtered",
         "--hidden",
         "--copies",
         "--discrepancy",

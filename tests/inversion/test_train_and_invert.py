@@ -13,17 +13,18 @@ import pandas as pd
 import pytest
 
 import birdstrike.inversion.forward
-from birdstrike.data.curves import read_histories
+from birdstrike.data.curves import Measured, read_histories, write_measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
 from birdstrike.inversion.estimation.locate import InversionOptions
+from birdstrike.inversion.observations.filters import ModelFilter, zero_phase
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import Extras, _Call, train_and_invert
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.surrogate.files import load_emulator, load_network
 from tests.inversion import small_campaign
-from tests.inversion.stand_in import CHANNEL
+from tests.inversion.stand_in import CHANNEL, pulse
 
 PLAIN = Extras(refine=0, posterior=False)  # linearised intervals, no profiles, no run added
 FIXED = Extras(refine=0)
@@ -306,6 +307,9 @@ def test_a_campaign_that_no_record_uses_is_refused(doe: Path, measured: Path, tm
         ({"discrepancy": "2 %"}, "discrepancy = '2 %' is outside 0 .. 1"),
         ({"discrepancy": float("nan")}, "discrepancy = nan is outside 0 .. 1"),
         ({"channels": "displacement_center"}, 'has no channel "displacement_center"'),
+        ({"filter": "CFC12"}, 'filter = "CFC12" is unknown; use one of: CFC60, CFC180, CFC600, CFC1000'),
+        ({"filtered": "CFC12"}, 'filtered = "CFC12" is unknown'),
+        ({"filter": "CFC600", "filtered": "CFC600"}, "filter = CFC600 and filtered = CFC600 were both given"),
     ],
 )
 def test_extras_that_the_command_refuses_are_refused(
@@ -341,6 +345,48 @@ def test_choices_of_a_network_are_refused_where_none_is_trained(doe: Path, measu
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("by_laboratory", [False, True])
+def test_a_filtered_record_gives_the_truth(doe: Path, tmp_path: Path, by_laboratory: bool) -> None:
+    """A record that begins before the trigger and goes on after the simulation, filtered here or beforehand."""
+    clock = np.arange(-2e-3, 5e-3, 5e-6)
+    values = np.where(clock > 0.3e-3, pulse(np.array([5.6e-3, 2.5e-3, 0.14, 0.0]), clock), 0.0)
+    values += 2e-5 * np.random.default_rng(3).normal(size=len(clock))
+    values = zero_phase(values, 5e-6, "CFC600") if by_laboratory else values
+    write_measured(tmp_path / "shot.csv", Measured(clock, {CHANNEL: values}, {}, {CHANNEL: "m"}))
+    more = replace(PLAIN, **{"filtered" if by_laboratory else "filter": "CFC600"})
+    found = train_and_invert(doe, tmp_path / "shot.csv", tmp_path / "out", method="emulator", extras=more)
+    estimates = found.methods["emulator"].parameters
+    for name, true in ((VISCOSITY, 600.0), (CUTOFF, -0.5e6)):
+        low, high = estimates[name].interval_95 or (np.nan, np.nan)
+        assert low < true < high
+        assert high - low < 0.3 * (found.ranges[name][1] - found.ranges[name][0])
+    score = found.methods["emulator"].channels[CHANNEL]
+    assert (score.verified_rmse or 1.0) < 2e-5
+    assert any("after 2.5 ms are left out of the fit" in text for text in found.warnings) is True
+    stored = json.loads((tmp_path / "out" / "options.json").read_text())["filters"]
+    assert stored == [{"name": "CFC600", "end": pytest.approx(3e-3), "step": pytest.approx(5e-6)}]
+
+
+def test_filtered_shots_are_inverted_together(doe: Path, tmp_path: Path) -> None:
+    """Each with its own end and its own reading at rest, which is subtracted before the filter."""
+    paths: list[Path] = []
+    for number, (end, offset) in enumerate(((5e-3, 0.0), (2.8e-3, 3e-4))):
+        clock = np.arange(-2e-3, end, 5e-6)
+        values = np.where(clock > 0.3e-3, pulse(np.array([5.6e-3, 2.5e-3, 0.14, 0.0]), clock), 0.0) + offset
+        values += 2e-5 * np.random.default_rng(number).normal(size=len(clock))
+        paths.append(tmp_path / f"{number}.csv")
+        write_measured(paths[-1], Measured(clock, {CHANNEL: values}, {}, {CHANNEL: "m"}))
+    more = replace(PLAIN, filter="CFC600")
+    found = train_and_invert(doe, paths, tmp_path / "out", method="emulator", extras=more)
+    for name, true in ((VISCOSITY, 600.0), (CUTOFF, -0.5e6)):
+        low, high = found.methods["emulator"].parameters[name].interval_95 or (np.nan, np.nan)
+        assert low < true < high
+    zeroed = [text for text in found.warnings if "its zero is taken" in text]
+    assert [text.startswith(f"{paths[1]}: displacement centre reads 0.") for text in zeroed] == [True]
+    stored = json.loads((tmp_path / "out" / "options.json").read_text())["filters"]
+    assert [one["end"] for one in stored] == pytest.approx([3e-3, 2.795e-3])
+
+
 def test_shots_share_a_forward_model_that_is_given(tmp_path: Path) -> None:
     """Joined shots run one that they share once."""
 
@@ -348,12 +394,14 @@ def test_shots_share_a_forward_model_that_is_given(tmp_path: Path) -> None:
         raise AssertionError
 
     case = load_case("demo")
-    for more in (Extras(), Extras(filter="CFC 1000")):
-        call = _Call([], tmp_path, InversionOptions(), more, given, 0.0)
-        assert call.solver(case) is call.solver(case.overlaid({"impact": {"speed": "80 m/s"}}))
-        own = _Call([], tmp_path, InversionOptions(), more, None, 0.0)
-        assert own.solver(case) is own.solver(load_case("demo"))
-        assert own.solver(case) is not own.solver(case.overlaid({"impact": {"speed": "80 m/s"}}))
+    other, shorter = case.overlaid({"impact": {"speed": "80 m/s"}}), ModelFilter("CFC1000", 1.9e-3, 5e-6)
+    call = _Call([], tmp_path, InversionOptions(), Extras(), given, 0.0)
+    own = _Call([], tmp_path, InversionOptions(), Extras(), None, 0.0)
+    for passed in (None, ModelFilter("CFC1000", 2.0e-3, 5e-6)):
+        assert call.solver(case, passed) is call.solver(other, passed)
+        assert own.solver(case, passed) is own.solver(load_case("demo"), passed)
+        assert own.solver(case, passed) is not own.solver(other, passed)
+        assert own.solver(case, passed) is not own.solver(case, shorter)
 
 
 def test_the_case_of_every_shot_stays_with_the_answer(doe: Path, measured: Path, tmp_path: Path) -> None:

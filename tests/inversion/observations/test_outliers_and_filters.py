@@ -1,4 +1,4 @@
-"""Clipped readings, outliers and filters: an experimentalist's care, with nothing done silently."""
+"""Clipped readings and outliers: an experimentalist's care, with nothing done silently."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.errors import UserError
 from birdstrike.inversion.observations import outliers as module
-from birdstrike.inversion.observations.filters import filtered_dataset, filtered_record, zero_phase
 from birdstrike.inversion.observations.noise import Noise, with_digitiser
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.inversion.observations.outliers import _stretches, clipped, dropouts, jumps, outliers, saturated
-from tests.inversion.stand_in import CHANNEL, TIME, record, truth
+from tests.inversion.stand_in import CHANNEL, record, truth
 
 STEP = 5e-6
 CLOCK = np.linspace(0.3e-3, 2.6e-3, 120)
@@ -124,36 +122,6 @@ def test_rounding_is_taken_to_last_somewhat_longer_than_it_does() -> None:
         ratios.append(noise.correlation_time / lasts)
     assert min(ratios) > 1.0
     assert np.median(ratios) < 4.0
-
-
-@pytest.mark.parametrize("name", ["CFC600", "CFC1000"])
-def test_class_passes_half_the_power_at_its_corner_without_delay(name: str) -> None:
-    """-3 dB at CFC / 0.6 (SAE J211-1), and a slow wave passes where it was."""
-    time = np.arange(0.0, 0.2, STEP)
-    corner = float(name.removeprefix("CFC")) / 0.6
-    middle = slice(len(time) // 4, -len(time) // 4)
-    passed = zero_phase(np.sin(2.0 * np.pi * corner * time), STEP, name)[middle]
-    assert np.sqrt(2.0 * np.mean(passed**2)) == pytest.approx(1.0 / np.sqrt(2.0), rel=0.02)
-    slow = np.sin(2.0 * np.pi * corner / 20.0 * time)
-    np.testing.assert_allclose(zero_phase(slow, STEP, name)[middle], slow[middle], atol=0.01)
-
-
-def test_filter_acts_alike_on_record_and_runs(dataset: Dataset) -> None:
-    measured = record(dataset.parameters[3], TIME)
-    found = filtered_record(measured, "CFC1000").channels[CHANNEL]
-    expected = filtered_dataset(dataset, "CFC1000").curves[CHANNEL][3]
-    np.testing.assert_allclose(found, expected, atol=1e-9)
-
-
-def test_what_cannot_be_filtered_is_refused() -> None:
-    measured = record(truth(0.5), TIME)
-    with pytest.raises(UserError, match="use one of: CFC60"):
-        filtered_record(measured, "CFC12")
-    with pytest.raises(UserError, match="equally spaced"):
-        filtered_record(replace(measured, time=measured.time**1.1), "CFC180")
-    holes = np.where(np.arange(len(TIME)) == 9, np.nan, measured.channels[CHANNEL])
-    with pytest.raises(UserError, match="gaps"):
-        filtered_record(replace(measured, channels={CHANNEL: holes}), "CFC180")
 
 
 def test_a_single_reading_far_beyond_the_noise_is_no_flat_top() -> None:

@@ -26,6 +26,7 @@ UNUSUAL = Extras(
     discrepancy=0.02,
     mesh=Path("a mesh study/convergence.csv"),
     filter="CFC600",
+    filtered="CFC180",
     posterior=False,
     channels=("displacement_centre", "contact_force"),
     mesh_correction=True,
