@@ -232,7 +232,8 @@ SETTINGS = {
     'inversion.parameters."<key>".prior': "What is known of it beside the range, normal and cut off there: "
     '`{ mean = "300 Pa s", sd = "80 Pa s" }`.',
     'inversion.models.<model>."<key>".range': "Limits of a constant in `birdstrike calibrate-models`, for the model of "
-    "that name (such as `murnaghan`), in place of the model's own list; `scale` and `prior` as above.",
+    "that name (such as `murnaghan`), in place of the model's own list; a key of `bird.material`, or "
+    "`bird.density`; `scale` and `prior` as above.",
     "diagnosis.baselines": "Records of shots at the same rig in which nothing is suspected, as `diagnose --baseline` "
     "takes them; a path is relative to the case's file.",
     "diagnosis.baseline_bird": "Bird of those beside the shot's, as `diagnose --baseline-bird` takes it: of one batch, "

@@ -28,8 +28,10 @@ from birdstrike.inversion.models.campaigns import FitOptions, ModelRuns, ShotSet
 from birdstrike.inversion.models.candidates import (
     Candidate,
     calibrated_case,
+    candidate,
     candidates,
     literature_case,
+    refuse_invalid_corners,
     refuse_other_parameters,
 )
 from birdstrike.inversion.models.joint_fit import ModelFit
@@ -47,6 +49,7 @@ from birdstrike.inversion.models.results import (
 from birdstrike.inversion.models.simulations import LatePool
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.observations.reader import Expected, read_record
+from birdstrike.solver.bird.model_names import is_model
 from birdstrike.solver.case.case import Case, CaseSource, as_case
 from birdstrike.solver.version import code_of
 
@@ -119,7 +122,8 @@ def calibrate_models(
     RunFailed
         When no model has an answer.
     """
-    chosen = candidates(as_list(models))
+    folder = Path(out)
+    chosen = [_named_as_before(one, folder) for one in candidates(as_list(models))]
     refuse_unknown(asked := as_list(optimisers))
     refuse_not_whole("--budget", budget, "an optimiser spends at least one simulation of each shot")
     if budget < 1:
@@ -133,16 +137,16 @@ def calibrate_models(
         )
     setups = _setups(as_list(case), as_list(measured), as_list(channels))
     _refuse_what_does_not_fit(chosen, setups)
-    folder, options = (
-        Path(out),
-        FitOptions(runs=runs, seed=seed, posterior=posterior, optimisers=tuple(asked), budget=budget),
-    )
-    answers: dict[str, ModelAnswer] = {}
+    options = FitOptions(runs=runs, seed=seed, posterior=posterior, optimisers=tuple(asked), budget=budget)
     report, retry = progress or (lambda *_: None), retry_before(retry_failed)
     with LatePool(workers) as pool:
+        each: list[ModelRuns] = []
         for i, one in enumerate(chosen):
             share = _part_of(report, one.name, i, len(chosen), len(setups))
-            answers[one.name] = _answer(ModelRuns(one, setups, folder / one.name, options, pool, share, retry))
+            each.append(ModelRuns(one, setups, folder / one.name, options, pool, share, retry))
+        report("designs", 0.0)
+        _refuse_invalid_runs(each)
+        answers = {own.chosen.name: _answer(own) for own in each}
     found = _compared(answers, setups, options.seed)
     found = replace(found, warnings=(*_left_out(folder, chosen), *found.warnings))
     save_comparison(folder, found, [setup.measured for setup in setups])
@@ -168,10 +172,24 @@ def _answer(runs: ModelRuns) -> ModelAnswer:
     return answer
 
 
+def _calibrated_before(folder: Path) -> list[str]:
+    """Names of the models whose answers the folder holds, as far as they are known here."""
+    names = sorted(path.parent.name for path in folder.glob(f"*/{ANSWER}"))
+    return [name for name in names if is_model(name)]
+
+
+def _named_as_before(chosen: Candidate, folder: Path) -> Candidate:
+    """The model by the name under which the folder holds it already, perhaps null+murnaghan for murnaghan."""
+    held = _calibrated_before(folder)
+    alike = [candidate(name) for name in held if chosen.name not in held and chosen.is_named(name)]
+    seeks = (chosen.literature, chosen.ranges)
+    return next((one for one in alike if (one.literature, one.ranges) == seeks), chosen)
+
+
 def _left_out(folder: Path, chosen: Sequence[Candidate]) -> tuple[str, ...]:
     """A warning where the folder holds answers of models that this call does not name, and so does not rank."""
-    named = [one.name for one in chosen]
-    others = sorted(path.parent.name for path in folder.glob(f"*/{ANSWER}") if path.parent.name not in named)
+    named, held = [one.name for one in chosen], _calibrated_before(folder)
+    others = [name for name in held if not any(one.is_named(name) for one in chosen)]
     if not others:
         return ()
     return (
@@ -237,6 +255,7 @@ def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[Shot
         for setup in setups:
             try:
                 cases.append(calibrated_case(one, setup.case))
+                refuse_invalid_corners(one, cases[-1])
                 for case in (cases[-1], literature_case(one, setup.case)):
                     _refuse_other_deck(one, setup.case, case)
             except (UserError, CaseError) as error:
@@ -259,6 +278,18 @@ def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[Shot
             errors += error.errors
     if errors:
         raise UserError(dict.fromkeys(errors))
+
+
+def _refuse_invalid_runs(each: Sequence[ModelRuns]) -> None:
+    """Every run of every design, before the first simulation; raises CaseError."""
+    errors: list[str] = []
+    for own in each:
+        try:
+            own.refuse_invalid_runs()
+        except CaseError as error:
+            errors += error.errors
+    if errors:
+        raise CaseError(errors)
 
 
 def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed: int) -> ModelComparison:

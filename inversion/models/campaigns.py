@@ -23,6 +23,7 @@ from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.folder import CampaignFolder, flat
 from birdstrike.doe.campaign.planned import planned_design
+from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion import forward
 from birdstrike.inversion.estimation.calibration import Mode
@@ -36,10 +37,16 @@ from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
 from birdstrike.inversion.forward import Forward, StoredSolver
-from birdstrike.inversion.models.candidates import PREFIX, Candidate, calibrated_case, literature_case
+from birdstrike.inversion.models.candidates import (
+    PREFIX,
+    Candidate,
+    calibrated_case,
+    literature_case,
+    refuse_invalid,
+)
 from birdstrike.inversion.models.points import near_answer
 from birdstrike.inversion.models.scaled import NearestFinished, Scale, ScaledForward
-from birdstrike.inversion.models.simulations import LatePool, simulate_all
+from birdstrike.inversion.models.simulations import LatePool, PlacedSolver, simulate_all
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.nuisances import case_nuisances
@@ -134,12 +141,11 @@ class ModelRuns:
         """Each shot's runs, at the same points, as a shot of the joint estimation."""
         shots = []
         for setup, case in zip(self.setups, self.cases, strict=True):
-            place, o = self.folder / setup.name, self.options
+            place = self.folder / setup.name
             place.mkdir(parents=True, exist_ok=True)
-            design = planned_design(o.design, self.scale.space, o.runs, o.seed, place)
             dataset = run_campaign(
                 case,
-                design,
+                self._design(setup),
                 place,
                 workers=self.pool.workers,
                 simulate=forward.simulate,
@@ -151,8 +157,20 @@ class ModelRuns:
             shots.append(self._shot(setup, case, self.scale.dataset(dataset), place, said))
         return shots
 
+    def refuse_invalid_runs(self) -> None:
+        """Raises CaseError where a case refuses a run of its design, which would end the campaigns half-way."""
+        names = self.scale.space.names
+        for setup, case in zip(self.setups, self.cases, strict=True):
+            rows = self._design(setup).values
+            refuse_invalid(self.chosen, case, (dict(zip(names, map(float, row), strict=True)) for row in rows))
+
+    def _design(self, setup: ShotSetup) -> Design:
+        """Of a shot's campaign: what its folder holds, or the same points for all."""
+        o = self.options
+        return planned_design(o.design, self.scale.space, o.runs, o.seed, self.folder / setup.name)
+
     def _shot(self, setup: ShotSetup, case: Case, dataset: Dataset, place: Path, said: list[str]) -> Shot:
-        stored = StoredSolver(case, self.store, (RunStore(place / "runs"),), retry=self.retry)
+        stored = PlacedSolver(case, self.store, (RunStore(place / "runs"),), retry=self.retry)
         solver = ScaledForward(stored, self.scale)
         nuisances = NuisanceRuns(solver, case_nuisances(case))
         shares = stated_discrepancy(case, setup.measured.channels, None)

@@ -5,10 +5,12 @@ A name is MODEL or MODEL+LAW, with any registered material and equation of state
 
 from __future__ import annotations
 
-import re
+import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
@@ -21,8 +23,11 @@ from birdstrike.solver.bird.model_names import known_models, material_and_law, t
 from birdstrike.solver.case.case import Case, Parameter, case_from_table
 from birdstrike.solver.case.overlay import Raw, at
 from birdstrike.solver.case.sections import quantity_at
+from birdstrike.solver.case.settings import DENSITY
 
 PREFIX = "bird.material."
+MOST_ENDS = 10
+"""Constants of which every combination of the ranges' ends is tried: 1024 of ten, 2 ms each."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +179,7 @@ def _value(case: Case, key: str) -> float | None:
 def kept_constants(chosen: Candidate, cases: Sequence[Case]) -> tuple[str, ...]:
     """A warning where the cases with a model do not seek every constant that it declares: who compares models would
     take this one to be as free as the others."""
-    sought = [key for key in cases[0].inversion.parameters if key.startswith(PREFIX)]
+    sought = [key for key in cases[0].inversion.parameters if key.startswith(PREFIX) or key == DENSITY]
     kept = [key for key in chosen.ranges if key not in sought]
     if not kept:
         return ()
@@ -196,27 +201,34 @@ def _values(cases: Sequence[Case], key: str) -> str:
 
 
 def built(case: Case, values: Mapping[str, float]) -> Material:
-    """The substance of a case's bird at SI values under dotted keys."""
-    material = case.bird.material
-    laws = {key.removeprefix(f"{PREFIX}eos."): v for key, v in values.items() if key.startswith(f"{PREFIX}eos.")}
-    own = {key.removeprefix(PREFIX): v for key, v in values.items() if key.startswith(PREFIX) and key.count(".") == 2}
-    if laws:
-        own["eos"] = material.eos.model_copy(update=laws)
-    return material.model_copy(update=own).build(case.bird.actual_density)
+    """The substance of a case's bird at SI values under dotted keys, at the density that they give it.
+
+    Raises CaseError.
+    """
+    bird = case.with_values(values).bird
+    return bird.material.build(bird.actual_density)
 
 
 def modulus_of(case: Case) -> tuple[str, tuple[str, ...]]:
-    """The bulk modulus in the symbols of the case's model, and which of its symbols the case seeks, as dotted keys."""
-    material = case.bird.material
-    law = material.law
-    formula, place = (material.modulus, PREFIX) if law is None else (law.modulus, f"{PREFIX}eos.")
-    symbols = _symbols(formula)
-    return formula, tuple(key for key in case.inversion.parameters if key.removeprefix(place) in symbols)
+    """The bulk modulus in the symbols of the case's model, and the dotted keys that the case seeks and that change it.
+
+    Density counts where the formula has rho0, whatever gives it: the case, the bird's mass and size, or the law.
+    """
+    material, sought = case.bird.material, case.parameters()
+    formula = material.modulus if material.law is None else material.law.modulus
+    middle = {one.name: 0.5 * (one.low + one.high) for one in sought}
+    ends = {one.name: bulk_moduli(case, [middle | {one.name: v} for v in (one.low, one.high)]) for one in sought}
+    return formula, tuple(key for key, moduli in ends.items() if len(moduli) == 2 and not math.isclose(*moduli))
 
 
-def _symbols(formula: str) -> set[str]:
-    """Names in a formula: "rho0 C^2" has rho0 and C."""
-    return set(re.findall(r"[A-Za-z_]\w*", formula))
+def bulk_moduli(case: Case, points: Iterable[Mapping[str, float]]) -> list[float]:
+    """Bulk modulus [Pa] at SI values under dotted keys, each with its density; points that the case refuses have
+    none."""
+    found: list[float] = []
+    for values in points:
+        with suppress(CaseError):
+            found.append(built(case, values).bulk_modulus)
+    return found
 
 
 def _written(sought: Sought) -> Raw:
@@ -239,6 +251,31 @@ def refuse_other_parameters(chosen: Candidate, cases: Sequence[Case]) -> None:
                 f"--models {chosen.name}: {cases[0].name} and {case.name} seek the same in another order "
                 f"({', '.join(first)}; {', '.join(own)}); state it alike in the case of every shot"
             )
+
+
+def refuse_invalid_corners(chosen: Candidate, case: Case) -> None:
+    """Raises CaseError where ends of the ranges of a case with a model together break a rule between keys.
+
+    Of more than MOST_ENDS constants only the design's runs are tried (`campaigns`).
+    """
+    sought = case.parameters()
+    if len(sought) <= MOST_ENDS:
+        names = [one.name for one in sought]
+        corners = product(*((one.low, one.high) for one in sought))
+        refuse_invalid(chosen, case, (dict(zip(names, corner, strict=True)) for corner in corners))
+
+
+def refuse_invalid(chosen: Candidate, case: Case, points: Iterable[Mapping[str, float]]) -> None:
+    """Raises CaseError at the first point, SI values by dotted key, that a case with a model refuses."""
+    units = {one.name: one.unit for one in case.parameters()}
+    for values in points:
+        try:
+            case.with_values(values)
+        except CaseError as error:
+            where = ", ".join(f"{plain(key, values)} {quantity(value, units[key])}" for key, value in values.items())
+            remedy = f"narrow inversion.models.{chosen.name} so that all values in the ranges go together"
+            lines = [f"--models {chosen.name}: {line} ({where}, inside the ranges); {remedy}" for line in error.errors]
+            raise CaseError(lines) from error
 
 
 def _sought(parameter: Parameter | None) -> str:

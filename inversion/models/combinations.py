@@ -10,7 +10,7 @@ from birdstrike.inversion.estimation.locate import Located
 from birdstrike.inversion.estimation.prior import identified
 from birdstrike.inversion.invert import InversionOutcome
 from birdstrike.inversion.models.campaigns import ModelRuns
-from birdstrike.inversion.models.candidates import built, modulus_of
+from birdstrike.inversion.models.candidates import bulk_moduli, modulus_of
 from birdstrike.inversion.models.points import linearised_draws, prior_draws
 from birdstrike.inversion.models.results import Combined
 
@@ -25,22 +25,23 @@ def combinations(runs: ModelRuns, outcome: InversionOutcome, located: Located) -
         return {}
     formula, keys = modulus_of(case)
     mode = calibration.modes[0]
-    everywhere = _moduli(runs, runs.scale.physical(prior_draws(calibration.coordinates, DRAWS, rng)))
-    if np.ptp(everywhere) <= 1e-9 * np.abs(everywhere).max():
+    everywhere = _moduli(runs, prior_draws(calibration.coordinates, DRAWS, rng))
+    at_answer = _moduli(runs, mode.theta[None])
+    if not len(at_answer) or np.ptp(everywhere) <= 1e-9 * np.abs(everywhere).max():
         return {}
     if outcome.posterior is not None:
         theta = outcome.posterior.theta[rng.integers(0, len(outcome.posterior.theta), DRAWS)]
     else:
         theta = linearised_draws(located, DRAWS, rng)
-    draws = _moduli(runs, runs.scale.physical(theta))
-    value = float(_moduli(runs, runs.scale.physical(mode.theta[None]))[0])
+    draws, value = _moduli(runs, theta), float(at_answer[0])
     low, high = np.quantile(draws, [0.025, 0.975])
     interval = (min(float(low), value), max(float(high), value))
     before = np.quantile(everywhere, [0.025, 0.975])
     width = np.log(interval[1] / interval[0]) / np.log(before[1] / before[0])
     known = bool(identified(width, 1.0)) and outcome.inversion.prior_predictive.inside
     estimates = outcome.inversion.methods["emulator"].parameters
-    weak = [plain(key, estimates) for key in keys if not estimates[key].identified]
+    priors = case.priors  # what one states is known beside the records
+    weak = [plain(key, estimates) for key in keys if not estimates[key].identified and key not in priors]
     named = f"K = {formula}" if formula else "K"
     records = "these records" if len(runs.setups) > 1 else "this record"
     text = f"{named} = {quantity(value, 'Pa')} (95 %: {span(*interval, 'Pa')})"
@@ -55,8 +56,7 @@ def combinations(runs: ModelRuns, outcome: InversionOutcome, located: Located) -
     }
 
 
-def _moduli(runs: ModelRuns, values: Array) -> Array:
-    """Bulk modulus [Pa] at SI values (n, k)."""
-    names = runs.scale.space.names
-    case = runs.cases[0]
-    return np.array([built(case, dict(zip(names, map(float, row), strict=True))).bulk_modulus for row in values])
+def _moduli(runs: ModelRuns, theta: Array) -> Array:
+    """Bulk modulus [Pa] at what the estimation found (n, k), as far as the case does not refuse it."""
+    rows, names = runs.scale.physical(theta), runs.scale.space.names
+    return np.array(bulk_moduli(runs.cases[0], (dict(zip(names, map(float, row), strict=True)) for row in rows)))

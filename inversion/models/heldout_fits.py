@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,13 +15,21 @@ from birdstrike.inversion.estimation.locate import locate
 from birdstrike.inversion.estimation.shots import Shot, joined, suffix
 from birdstrike.inversion.models.campaigns import ModelRuns
 from birdstrike.inversion.models.error_terms import Discrepancy, with_discrepancy
-from birdstrike.inversion.models.points import residuals_of, yardstick
+from birdstrike.inversion.models.points import residuals_of, time_blocks
 from birdstrike.surrogate.emulator import Emulator
 
 BLOCKS = 3  # time blocks of a single record, each left out once
 
 Residuals = Mapping[str, tuple[float, ...]]
 """Channel -> residuals over their noise."""
+
+
+class HeldOut(NamedTuple):
+    """thetas: part that was left out -> what the rest gave, as the estimation sees it; residuals: shot -> channel ->
+    the solver's there, over their noise. A part is a shot, or of a single record "SHOT, third N"."""
+
+    thetas: dict[str, dict[str, float]]
+    residuals: dict[str, Residuals]
 
 
 @dataclass(frozen=True)
@@ -39,8 +48,8 @@ class HeldOutFits:
     discrepancy: Discrepancy
     share: float
 
-    def answers(self) -> dict[str, tuple[dict[str, float], Residuals]]:
-        """Shot -> what the rest gave (as the estimation sees it), and the solver's residuals there over their noise."""
+    def answers(self) -> HeldOut:
+        """What the rest gave, and the solver's residuals there."""
         if len(self.shots) == 1:
             return self._time_blocks()
         parts = [_part(self.dataset, shot, i) for i, shot in enumerate(self.shots)]
@@ -58,17 +67,17 @@ class HeldOutFits:
             found = locate(joint.dataset, joint.measured, joint.options, own, silent, columns)
             thetas.append(self.dataset.named(found.calibration.modes[0].theta))
         self.runs.simulated(zip(self.runs.cases, thetas, strict=True))
-        answers = {}
+        found = HeldOut({}, {})
         for setup, shot, theta, (t0, _) in zip(self.runs.setups, self.shots, thetas, self.origins, strict=True):
-            answers[setup.name] = (theta, residuals_of(shot, shot.verified_by(theta), t0))
-        return answers
+            found.thetas[setup.name] = theta
+            found.residuals[setup.name] = residuals_of(shot, shot.verified_by(theta), t0)
+        return found
 
-    def _time_blocks(self) -> dict[str, tuple[dict[str, float], Residuals]]:
+    def _time_blocks(self) -> HeldOut:
         """Of a single record: each third in time from the other two."""
         (shot,), ((t0, _),) = self.shots, self.origins
         record, case = shot.measured, self.runs.cases[0]
-        begin, end = case.first_contact + t0, yardstick(shot).last
-        edges = np.linspace(begin, end * (1.0 + 1e-9), BLOCKS + 1)
+        edges = time_blocks(shot, BLOCKS)
         columns = with_discrepancy(shot.columns, self.discrepancy, self.share)
         thetas = []
         for low, high in pairwise(edges):
@@ -81,7 +90,8 @@ class HeldOutFits:
         for theta, low, high in zip(thetas, edges[:-1], edges[1:], strict=True):
             for name, own in residuals_of(shot, shot.verified_by(theta), t0, (low, high)).items():
                 together[name] = together.get(name, ()) + own
-        return {self.runs.setups[0].name: (thetas[0], together)}
+        name = self.runs.setups[0].name
+        return HeldOut({f"{name}, third {i}": theta for i, theta in enumerate(thetas, 1)}, {name: together})
 
 
 def _part(dataset: Dataset, shot: Shot, number: int) -> Shot:

@@ -25,7 +25,6 @@ from birdstrike.inversion.diagnosis.discrepancy import LEAST
 from birdstrike.inversion.estimation.locate import Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, own_origin, suffix
-from birdstrike.inversion.forward import StoredSolver
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import InversionOutcome, invert
 from birdstrike.inversion.misfit import rms
@@ -37,6 +36,7 @@ from birdstrike.inversion.models.heldout_fits import BLOCKS, HeldOutFits
 from birdstrike.inversion.models.optimisers import Problem, optimised
 from birdstrike.inversion.models.points import residuals_of, shot_errors, yardstick
 from birdstrike.inversion.models.results import ModelAnswer, Optimised, ShotError, withdraw_answer
+from birdstrike.inversion.models.simulations import PlacedSolver
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.solver.case.nuisances import case_nuisances
 from birdstrike.surrogate.emulator import Emulator
@@ -80,8 +80,9 @@ class ModelFit:
         self._kept(emulator, dataset, located, shots)
         self._kept_draws(outcome)
         folds = HeldOutFits(self.runs, dataset, shots, origins, emulator, discrepancy, share).answers()
+        clocks = _clocks(origins, outcome.inversion.time_offset.value)
         published = self.runs.published()
-        self._written("published", published, origins)
+        self._written("published", published, clocks)
         q2 = self._q2(outcome)
         said += outcome.inversion.warnings
         return ModelAnswer(
@@ -91,17 +92,17 @@ class ModelFit:
             ranges={p.name: (p.low, p.high) for p in self.runs.cases[0].parameters()},
             combinations=combinations(self.runs, outcome, located),
             literature=self._literature(),
-            verified=self._verified(shots, origins, outcome),
-            published={n: e for n, e in self._errors(shots, origins, published).items() if e is not None},
-            heldout_parameters={name: self.runs.scale.values(theta) for name, (theta, _) in folds.items()},
-            residuals={name: own for name, (_, own) in folds.items()},
+            verified=self._verified(shots, clocks, outcome),
+            published=self._errors(shots, clocks, published),
+            heldout_parameters={name: self.runs.scale.values(theta) for name, theta in folds.thetas.items()},
+            residuals=folds.residuals,
             q2=q2,
-            optimised=self._optimised(shots, origins, said),
+            optimised=self._optimised(shots, clocks, said),
             eroded=self.runs.eroded(),
             discrepancy=share,
             inside=outcome.inversion.prior_predictive.inside,
             runs=len(dataset.runs),
-            strikes=self._strikes(added, shots, folds, published),
+            strikes=self._strikes(added, shots, published),
             wall_s=time.monotonic() - began,
             warnings=tuple(dict.fromkeys(self._named(line) for line in said)),
         )
@@ -158,14 +159,12 @@ class ModelFit:
             share = 0.0
         return share, found[share]
 
-    def _optimised(
-        self, shots: Sequence[Shot], origins: Sequence[tuple[float, bool]], said: list[str]
-    ) -> dict[str, Optimised]:
+    def _optimised(self, shots: Sequence[Shot], clocks: Sequence[float], said: list[str]) -> dict[str, Optimised]:
         """What each optimiser reaches; one without an answer is a warning, as the calibration does not need it."""
         found: dict[str, Optimised] = {}
         for name in self.runs.options.optimisers:
             try:
-                found[name] = self._reached(name, shots, origins)
+                found[name] = self._reached(name, shots, clocks)
             except RunFailed as failure:
                 said.append(
                     f"{failure}: there is nothing of it to compare the calibration with; narrow the ranges "
@@ -173,14 +172,14 @@ class ModelFit:
                 )
         return found
 
-    def _reached(self, name: str, shots: Sequence[Shot], origins: Sequence[tuple[float, bool]]) -> Optimised:
+    def _reached(self, name: str, shots: Sequence[Shot], clocks: Sequence[float]) -> Optimised:
         """What an optimiser with the solver in the loop reaches on the same records."""
 
         def residuals(values: Mapping[str, float]) -> Array:
             self.runs.together([values])
             parts = []
-            for shot, case, (t0, _) in zip(shots, self.runs.cases, origins, strict=True):
-                own = residuals_of(shot, StoredSolver(case, self.runs.store, retry=self.runs.retry)(values), t0)
+            for shot, case, t0 in zip(shots, self.runs.cases, clocks, strict=True):
+                own = residuals_of(shot, PlacedSolver(case, self.runs.store, retry=self.runs.retry)(values), t0)
                 parts += [np.asarray(r) / np.sqrt(len(r) * len(own) * len(shots)) for r in own.values()]
             return np.concatenate(parts)
 
@@ -197,28 +196,27 @@ class ModelFit:
         return optimised(name, problem)
 
     def _errors(
-        self, shots: Sequence[Shot], origins: Sequence[tuple[float, bool]], runs: Sequence[Histories | None]
-    ) -> dict[str, ShotError | None]:
-        triples = zip(self.runs.setups, shots, origins, runs, strict=True)
-        return {s.name: shot_errors(shot, run, t0) if run is not None else None for s, shot, (t0, _), run in triples}
+        self, shots: Sequence[Shot], clocks: Sequence[float], runs: Sequence[Histories | None]
+    ) -> dict[str, ShotError]:
+        """Of the shots that have a simulation."""
+        each = zip(self.runs.setups, shots, clocks, runs, strict=True)
+        return {setup.name: shot_errors(shot, run, t0) for setup, shot, t0, run in each if run is not None}
 
     def _verified(
-        self, shots: Sequence[Shot], origins: Sequence[tuple[float, bool]], outcome: InversionOutcome
+        self, shots: Sequence[Shot], clocks: Sequence[float], outcome: InversionOutcome
     ) -> dict[str, ShotError]:
         """Of the joint answer, shot by shot."""
         answer = outcome.inversion.methods["emulator"]
         theta = {name: float(e.value or 0.0) for name, e in answer.parameters.items()}
         if answer.combination is not None:
             theta = dict(answer.combination.point)
-        moved = [(outcome.inversion.time_offset.value, True), *origins[1:]]
         runs = [shot.verified_by(theta) for shot in shots]
-        self._written("calibrated", runs, moved)
-        found = self._errors(shots, moved, runs)
-        return {name: one for name, one in found.items() if one is not None}
+        self._written("calibrated", runs, clocks)
+        return self._errors(shots, clocks, runs)
 
-    def _written(self, what: str, runs: Sequence[Histories | None], origins: Sequence[tuple[float, bool]]) -> None:
+    def _written(self, what: str, runs: Sequence[Histories | None], clocks: Sequence[float]) -> None:
         """Curves on each record's clock, for the page."""
-        for setup, run, (t0, _) in zip(self.runs.setups, runs, origins, strict=True):
+        for setup, run, t0 in zip(self.runs.setups, runs, clocks, strict=True):
             if run is not None:
                 write_histories(self.runs.folder / f"{what}_{setup.name}.csv", replace(run, time=run.time + t0))
 
@@ -246,11 +244,9 @@ class ModelFit:
             for i, setup in enumerate(self.runs.setups)
         }
 
-    def _strikes(
-        self, added: int, shots: Sequence[Shot], folds: Mapping[str, object], published: Sequence[object]
-    ) -> dict[str, int]:
+    def _strikes(self, added: int, shots: Sequence[Shot], published: Sequence[object]) -> dict[str, int]:
         """Simulations of each shot: campaign, runs near the answer, nuisances, verification, held out, published."""
-        heldout = len(folds) and (1 if len(shots) > 1 else BLOCKS)
+        heldout = 1 if len(shots) > 1 else BLOCKS
         found = {}
         for setup, shot, run in zip(self.runs.setups, shots, published, strict=True):
             nuisances = 2 * len(case_nuisances(shot.case)) if shot.case is not None else 0
@@ -269,3 +265,12 @@ class ModelFit:
             return f"{met[1]} of {setups[int(met[2] or 1) - 1].name}"
 
         return re.sub(rf"(?<![\w.])({known})(?:@(\d+))?(?!\w)", of_shot, text)
+
+
+def _clocks(origins: Sequence[tuple[float, bool]], first: float) -> list[float]:
+    """Each record's time origin [s] in the joint fit, which moves all records together.
+
+    origins: (time origin [s], whether it is known) of each shot's own fit, by which later records lie on the first
+    one's clock; first: what the joint fit gives the first record.
+    """
+    return [first + t0 - origins[0][0] for t0, _ in origins]

@@ -133,7 +133,12 @@ OPTIMISERS: Mapping[str, Callable[[Problem], str]] = {"least_squares": by_least_
 
 
 def refuse_unknown(names: Sequence[str]) -> None:
-    """Raises UserError for a name that is no optimiser, or whose library is not installed."""
+    """Raises UserError for a name that is no optimiser or stands there twice, or whose library is not installed."""
+    if (together := next((name for name in names if "," in name), None)) is not None:
+        parts = [part.strip() for part in together.split(",")]
+        raise UserError(f'--optimisers: "{together}" is one text with several names; give a list: {parts}')
+    if (twice := next((name for name in names if names.count(name) > 1), None)) is not None:
+        raise UserError(f"--optimisers names {twice} more than once: name it once")
     unknown = [name for name in names if name not in OPTIMISERS]
     if unknown:
         raise UserError(f'--optimisers: "{unknown[0]}" is unknown; use one or more of {", ".join(OPTIMISERS)}')

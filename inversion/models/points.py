@@ -57,11 +57,24 @@ def yardstick(shot: Shot) -> Observations:
     By the record and the case alone, when nothing has moved yet and what scatters: the runs of each model have their
     own first motion and scatter.
     """
+    expected = Expected.of_campaign(shot.dataset, shot.options.noise, shot.options.time_offset)
+    return observed(shot.measured, replace(expected, rest_until=at_rest_until(shot), runs=None))
+
+
+def at_rest_until(shot: Shot) -> float:
+    """Instant [s] of the record before which nothing moves, by the case: contact at the earliest possible clock."""
     assert shot.case is not None, "a comparison of models has its cases"
-    offset = shot.options.time_offset
-    expected = Expected.of_campaign(shot.dataset, shot.options.noise, offset)
-    at_rest = shot.case.first_contact - FARTHEST_ORIGIN * offset
-    return observed(shot.measured, replace(expected, rest_until=at_rest, runs=None))
+    return shot.case.first_contact - FARTHEST_ORIGIN * shot.options.time_offset
+
+
+def time_blocks(shot: Shot, blocks: int) -> Array:
+    """(blocks + 1,) instants [s] that cut a record into equal times, the same for every model.
+
+    A model's fitted time origin has no part in it: models would be compared by different points.
+    """
+    seen = yardstick(shot)
+    first = min(float(c.times[0]) for c in seen.channels)
+    return np.linspace(max(at_rest_until(shot), first), seen.last * (1.0 + 1e-9), blocks + 1)
 
 
 def residuals_of(

@@ -57,10 +57,11 @@ class Ranked:
 
 
 def ranked(answers: Mapping[str, ModelAnswer], seed: int = 0) -> Ranked:
-    """All models that have an answer, by expected held-out error."""
+    """All models that have an answer, by expected held-out error; raises ValueError where they have other points."""
     taking_part = {name: one for name, one in answers.items() if one.failure is None}
     if not taking_part:
         return Ranked(answers, (), (), {}, {})
+    _refuse_other_points(taking_part)
     shots = list(next(iter(taking_part.values())).residuals)
     draws = {
         name: {shot: bootstrap(one.residuals[shot], seed, shot) for shot in shots} for name, one in taking_part.items()
@@ -87,8 +88,20 @@ def ranked(answers: Mapping[str, ModelAnswer], seed: int = 0) -> Ranked:
     return Ranked(found, ranking, tied, order, {shot: ties for shot, (_, ties) in by_shot.items()})
 
 
+def _refuse_other_points(answers: Mapping[str, ModelAnswer]) -> None:
+    """Raises ValueError where models have residuals at other points: blocks of them would not be pairs."""
+    points = {
+        name: {shot: {c: len(own) for c, own in channels.items()} for shot, channels in one.residuals.items()}
+        for name, one in answers.items()
+    }
+    first, *others = points
+    for name in others:
+        if points[name] != points[first]:
+            raise ValueError(f"held-out residuals of {first} and {name} differ: {points[first]}, {points[name]} points")
+
+
 def bootstrap(residuals: Mapping[str, Sequence[float]], seed: int, shot: str) -> Array:
-    """(REPLICATES,) errors of a shot from blocks drawn anew; the blocks depend on channel, points and seed alone."""
+    """(REPLICATES,) errors of a shot from blocks drawn anew; the blocks depend on shot, channel and seed alone."""
     squares = np.zeros(REPLICATES)
     for channel, own in residuals.items():
         squares += _block_means(np.square(np.asarray(own, dtype=float)), seed, f"{shot} {channel}")
@@ -101,7 +114,7 @@ def _block_means(values: Array, seed: int, label: str) -> Array:
     length = max(1, n // BLOCKS)
     sums = np.cumsum(np.concatenate([[0.0], values, values[: length - 1]]))
     means = (sums[length:] - sums[:-length]) / length
-    rng = np.random.default_rng([seed, zlib.crc32(label.encode()), n])
+    rng = np.random.default_rng([seed, zlib.crc32(label.encode())])
     return means[rng.integers(0, len(means), size=(REPLICATES, max(1, round(n / length))))].mean(axis=1)
 
 

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from typing import Any
 
+from birdstrike.data.errors import CaseError, RunFailed
+from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.run import PlannedRun
 from birdstrike.doe.campaign.runner import Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
+from birdstrike.inversion.forward import StoredSolver
 from birdstrike.solver.case.case import Case
 
 
@@ -39,12 +43,30 @@ def simulate_all(
     pool: LatePool,
     retry: float = 0.0,
 ) -> None:
-    """Run each case at these SI values into the store, where the reason of one that fails is kept too."""
-    if not jobs:
+    """Run each case at these SI values into the store, where the reason of one that fails is kept too.
+
+    Values that a case refuses are left out: `PlacedSolver` gives their reason.
+    """
+    placed: list[Case] = []
+    for case, values in jobs:
+        with suppress(CaseError):
+            placed.append(case.with_values(values) if values else case)
+    if not placed:
         return
-    solvers = [solver_for(case, forward.simulate) for case, _ in jobs]
-    placed = [case.with_values(values) if values else case for case, values in jobs]
+    solvers = [solver_for(case, forward.simulate) for case in placed]
     planned = [PlannedRun.alone(i, case, solvers[i]) for i, case in enumerate(placed)]
     runner = Runner(store, planned, lambda _: None, retry)
     if runner.due:
         runner.run(pool, solvers[0].simulate, placed[0], pool.workers)
+
+
+@dataclass(frozen=True)
+class PlacedSolver(StoredSolver):
+    """The solver at values inside ranges whose combination the case may refuse: such a run fails, as any other."""
+
+    def __call__(self, theta: Mapping[str, float]) -> Histories:
+        """A stored run or a new one; raises RunFailed."""
+        try:
+            return super().__call__(theta)
+        except CaseError as error:
+            raise RunFailed("; ".join(error.errors), "narrow the ranges: inversion.models") from error

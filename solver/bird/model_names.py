@@ -30,6 +30,15 @@ def material_and_law(name: str) -> tuple[str, str]:
     return model, law
 
 
+def is_model(name: str) -> bool:
+    """Whether a name is of a bird model."""
+    try:
+        material_and_law(name)
+    except ValueError:
+        return False
+    return True
+
+
 def usual_law(model: str) -> str:
     """Equation of state of a material's published constants; "" of one that has none."""
     eos = dict(BIRD_MATERIALS[model].literature).get("eos")

@@ -17,7 +17,7 @@ from birdstrike.solver.case.sections import quantities, quantity_at
 from birdstrike.solver.fields import Between, Count, OneOf, Section, complaint, each_of
 from birdstrike.solver.registry import errors_of
 
-MATERIAL = "bird.material."
+MATERIAL, DENSITY = "bird.material.", "bird.density"
 NUISANCE = {
     "time_offset": Between("0 ms", "10 ms"),
     "speed": Between("0 m/s", "100 m/s"),
@@ -146,7 +146,10 @@ def _not_of_model(name: str, entries: Any) -> Iterator[InitErrorDetails]:
         return
     known = [key for key, _ in quantities({"bird": {"material": table}}) if key.startswith(MATERIAL)]
     for key in entries if isinstance(entries, dict) else ():
-        if key.startswith(MATERIAL) and key not in known:
+        if not key.startswith((MATERIAL, DENSITY)) and quantity_at(key) is not None:
+            text = f"is no constant of the bird model {name}; what else is sought stands in inversion.parameters"
+            yield InitErrorDetails(type=complaint(text), loc=(name, key), input={})
+        elif key.startswith(MATERIAL) and key not in known:
             close = _did_you_mean(key.rsplit(".", 1)[-1], {one.rsplit(".", 1)[-1]: one for one in known})
             text = f"belongs to no quantity of the model {name}; {close}"
             yield InitErrorDetails(type=complaint(text), loc=(name, key), input={})

@@ -28,8 +28,8 @@ from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.models.calibrate_models import _compared, _verdict, calibrate_models
 from birdstrike.inversion.models.campaigns import ShotSetup, unlike_cases
-from birdstrike.inversion.models.candidates import calibrated_case, candidate
-from birdstrike.inversion.models.ranking import bootstrap, ranked, shot_error
+from birdstrike.inversion.models.candidates import calibrated_case, candidate, candidates
+from birdstrike.inversion.models.ranking import _order, bootstrap, ranked, shot_error
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
 from birdstrike.inversion.prediction.from_models import read_models
 from birdstrike.reports.explore.explore import explore
@@ -200,6 +200,39 @@ def test_models_that_an_earlier_call_calibrated_are_kept_and_said_to_be_left_out
         assert fewer.warnings[0] in json.loads((folder / "models.json").read_text(encoding="utf-8"))["warnings"]
         assert repeated(*NAMES).as_json() == calibrated.found.as_json()
     assert not rig.CALLS
+
+
+def test_a_model_that_the_folder_holds_under_another_name_is_read_and_keeps_it(
+    calibrated: Calibrated, tmp_path: Path
+) -> None:
+    """It was calibrated again in a second folder, and --models with both names was advised, which is refused."""
+    folder = shutil.copytree(calibrated.folder, tmp_path / "models")
+    cases, records = rig.shots()
+    with rig.formula_for_solver():
+        rig.CALLS.clear()
+        found = calibrate_models(
+            cases, longer(records), folder, ["null", "null+murnaghan"], runs=RUNS, workers=1, posterior=False
+        )
+    assert not rig.CALLS
+    assert not (folder / "null+murnaghan").exists()
+    assert found.as_json() == calibrated.found.as_json()
+
+
+def test_the_models_that_rank_all_are_named_so_that_the_command_takes_them(
+    calibrated: Calibrated, tmp_path: Path
+) -> None:
+    """null+grueneisen seeks another list than null, and so has an answer of its own; the two are one model."""
+    folder = shutil.copytree(calibrated.folder, tmp_path / "models")
+    shutil.copytree(folder / "null", folder / "no_model_here")
+    cases, records = rig.shots()
+    with rig.formula_for_solver():
+        found = calibrate_models(
+            cases, longer(records), folder, ["null+grueneisen"], runs=RUNS, workers=1, posterior=False
+        )
+    assert found.warnings[0].startswith("murnaghan: calibrated in this folder by an earlier call and not ranked")
+    advised = re.findall(r"--models (\S+):", found.warnings[0])
+    assert advised == ["null+grueneisen,murnaghan"]
+    assert [one.name for one in candidates(advised[0].split(","))] == ["null+grueneisen", "murnaghan"]
 
 
 def test_an_interrupted_call_with_other_records_leaves_no_ranking_of_the_earlier_ones(
@@ -566,6 +599,14 @@ def test_the_bootstrap_draws_the_ends_of_a_channel_as_often_as_its_middle() -> N
     growing = {"centre": tuple(np.linspace(0.0, 60.0, 61) ** 2)}
     draws = bootstrap(growing, 0, "shot")
     assert np.mean(draws**2) == pytest.approx(shot_error(growing) ** 2, rel=0.03)
+
+
+@pytest.mark.parametrize(("beaten", "tied"), [(0.90, ("a", "b")), (0.97, ("a", "b")), (0.98, ())])
+def test_models_are_tied_until_97_5_per_cent_of_the_draws_part_them(beaten: float, tied: tuple[str, ...]) -> None:
+    """The 95 % interval of a difference, two-sided, has 0 in it."""
+    first = np.full(1000, 1.0)
+    other = np.where(np.arange(1000) < 1000 * beaten, 1.2, 0.9)
+    assert _order({"b": 1.1, "a": 1.0}, {"a": first, "b": other}) == (("a", "b"), tied)
 
 
 def of_size(size: float, points: int = 60) -> ModelAnswer:

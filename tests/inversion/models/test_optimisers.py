@@ -141,6 +141,20 @@ def test_unknown_optimisers_are_refused() -> None:
         refuse_unknown(["simplex"])
 
 
+def test_an_optimiser_is_named_once() -> None:
+    """It was run twice, and one answer was lost."""
+    with pytest.raises(UserError, match="--optimisers names cma more than once: name it once"):
+        refuse_unknown(["cma", "least_squares", "cma"])
+    refuse_unknown(["least_squares"])
+
+
+def test_several_optimisers_in_one_text_are_refused_with_the_list_that_is_meant() -> None:
+    """In Python: "cma,least_squares" was said to be unknown, beside the advice to use cma or least_squares."""
+    cases, records = rig.shots()
+    with pytest.raises(UserError, match=r"one text with several names; give a list: \['cma', 'least_squares'\]"):
+        calibrate_models(cases, records, "never_made", "null", optimisers="cma, least_squares")
+
+
 def test_least_squares_runs_beside_the_calibration(tmp_path: Path) -> None:
     cases, records = rig.shots()
     with rig.formula_for_solver():

@@ -91,6 +91,28 @@ def test_stretched_plastic_bar_keeps_its_books_and_erodes_at_the_failure_strain(
     assert np.abs(energies / kinetic - 1.0).max() < 0.01
 
 
+def test_expanding_particles_stay_at_the_pressure_cutoff_and_work_with_it():
+    """A uniform expansion of 0.1 % a step about rho0: p = PC in place of K mu, and -p dV by the trapezoidal rule."""
+    cutoff, dt = -0.1e6, 1e-6
+    x = cuboid((5, 5, 5))
+    bird = free_body(SolidBird, replace(ELASTIC, pressure_cutoff=cutoff), x, 1e3 / 3.0 * x)
+    middle = len(x) // 2
+    bird.update_density(0.0)
+    volumes, pressures = [938.0 / bird.rho[middle]], [float(bird.p[middle])]
+    assert pressures == [0.0]
+    for _ in range(3):
+        bird.update_density(dt)
+        volumes.append(938.0 / bird.rho[middle])
+        pressures.append(float(bird.p[middle]))
+        assert bird.works[middle, 0] == pytest.approx(
+            -0.5 * (pressures[-2] + pressures[-1]) * (volumes[-1] - volumes[-2]), rel=1e-9
+        )
+    assert volumes[-1] == pytest.approx(1.003, rel=1e-4)
+    assert 2072e6 * (1.0 / volumes[1] - 1.0) < 10.0 * cutoff  # what the law alone would give after one step
+    assert pressures[1:] == [cutoff] * 3
+    assert float(bird.stored[middle]) == pytest.approx(-cutoff * (volumes[-1] - 0.5 * (1.0 + volumes[1])), rel=1e-6)
+
+
 @pytest.mark.parametrize(("direction", "modulus"), [(1, 10.2e6), (0, 2072e6 + 4.0 / 3.0 * 10.2e6)])
 def test_standing_waves_have_the_speeds_of_an_elastic_solid(direction, modulus):
     """A quarter period of a shear and of a longitudinal wave in a periodic block, sqrt(G/rho) and c_L; within 3 %."""

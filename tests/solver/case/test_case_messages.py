@@ -194,6 +194,15 @@ def test_a_model_s_name_and_keys_are_known_ones(model: str, key: str, said: str)
     assert "eos.C0" not in line
 
 
+def test_what_is_no_constant_of_a_model_is_not_sought_of_it_alone() -> None:
+    """The impact's speed took the place of all constants of the model."""
+    (line,) = errors_with({'inversion.models.murnaghan."impact.speed".range': '["100 m/s", "120 m/s"]'})
+    assert line.startswith('inversion.models.murnaghan."impact.speed" is no constant of the bird model murnaghan; ')
+    assert line.endswith("stands in inversion.parameters")
+    dense = {'inversion.models.murnaghan."bird.density".range': '["900 kg/m^3", "1000 kg/m^3"]'}
+    assert load_case("demo_rig", dense).inversion.models["murnaghan"]["bird.density"].range == (900.0, 1000.0)
+
+
 @pytest.mark.parametrize(
     ("effect", "key"),
     [
