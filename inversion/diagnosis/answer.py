@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+from numpy.typing import NDArray
+from scipy.stats import norm, truncnorm
 
 from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.simulations import Simulations
@@ -23,6 +24,7 @@ from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.estimation.estimates import reported
 from birdstrike.inversion.estimation.prior import identified
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
@@ -40,7 +42,6 @@ from birdstrike.inversion.results.diagnosis import (
     of_another_bird,
 )
 from birdstrike.solver.effects.registry import effects, kind_of
-from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 SIMULATION_SCATTER = 5.0
 """Nats by which one effect may gain on another where their responses are simulated anew. On two shots of another code,
@@ -215,23 +216,37 @@ def curve_at(ranking: Ranking, label: str, shot: Shot) -> Array:
     return predicted(shot, model, *estimate(shot, model, fit))
 
 
+TAILS = (0.025, 0.975)  # of a 95 % interval
+
+
 def parameters(fit: Fit, shot: Shot, model: Hypothesis) -> dict[str, dict[str, Any]]:
-    """Dotted key -> value, interval_95, unit, identified; SI."""
-    space = shot.setup.plan.space
-    k = len(space.names)
-    mean, sd = fit.interval(shot.name, k)
-    low, high = (np.clip(mean + s * NORMAL_95 * sd, 0.0, 1.0) for s in (-1, 1))
-    ends = [space.to_physical(z[None])[0] for z in (low, estimate(shot, model, fit)[0], high)]
-    known = identified(high - low, shot.setup.plan.prior.width())
-    return {
-        name: {
-            "value": float(ends[1][i]),
-            "interval_95": (float(ends[0][i]), float(ends[2][i])),
+    """Dotted key -> value, interval_95, unit, identified; SI.
+
+    The interval is that of the posterior cut off at the ends of the range, as the prior is, and reported by the rule of
+    the calibration (`estimates.reported`). What lies outside its range is not identified.
+    """
+    plan, space = shot.setup.plan, shot.setup.plan.space
+    mean, sd = fit.interval(shot.name, len(space.names))
+    low, high = (mean + sd * truncnorm.ppf(tail, -mean / sd, (1.0 - mean) / sd) for tail in TAILS)
+    ends = np.clip([low, high], 0.0, 1.0)
+    known = identified(ends[1] - ends[0], plan.prior.width()) & ~outside_range(mean)
+    value, *interval = (space.to_physical(z[None])[0] for z in (estimate(shot, model, fit)[0], *ends))
+    found: dict[str, dict[str, Any]] = {}
+    for i, name in enumerate(space.names):
+        own, limits = (float(interval[0][i]), float(interval[1][i])), (float(space.lows[i]), float(space.highs[i]))
+        told = bool(known[i] or plan.prior.stated[i])
+        found[name] = {
+            "value": float(value[i]),
+            "interval_95": reported(float(value[i]), own, limits, told),
             "unit": space.units[i],
             "identified": bool(known[i]),
         }
-        for i, name in enumerate(space.names)
-    }
+    return found
+
+
+def outside_range(mean: Array) -> NDArray[np.bool_]:
+    """Whether posterior means, fractions of the ranges, lie outside these."""
+    return (mean < 0.0) | (mean > 1.0)
 
 
 def curves(ranking: Ranking, shot: Shot, after: str | None, runs: Mapping[str, SolverRun]) -> dict[str, Any]:

@@ -153,9 +153,17 @@ class Amplitudes:
         return values if self.kept is None else values[list(self.kept)]
 
     def only(self, kinds: set[str]) -> Amplitudes:
-        """Of some kinds of sensors."""
+        """Of some kinds of sensors; of the combinations that are kept, what they have of these kinds."""
         nodes = {k: v for k, v in self.nodes.items() if k in kinds}
-        return replace(self, nodes=nodes, log_prior={k: self.log_prior[k] for k in nodes})
+        kept = None if self.kept is None else self._numbers_among(nodes)
+        return replace(self, nodes=nodes, log_prior={k: self.log_prior[k] for k in nodes}, kept=kept)
+
+    def _numbers_among(self, nodes: Mapping[str, Array]) -> tuple[int, ...]:
+        """Numbers, among the combinations of some kinds' nodes, of those that the kept ones have of these kinds."""
+        places = np.unravel_index(list(self.kept or ()), [len(own) for own in self.nodes.values()])
+        own = [place for kind, place in zip(self.nodes, places, strict=True) if kind in nodes]
+        numbers = np.ravel_multi_index(own, [len(one) for one in nodes.values()])
+        return tuple(np.unique(numbers).tolist())
 
 
 def node_count(kinds: Sequence[str]) -> int:

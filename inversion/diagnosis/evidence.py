@@ -3,7 +3,7 @@
 log p(y | M, a, S) = -1/2 (r^T C^-1 r + log det C + p log 2 pi), C = error + J J^T + sum_j (S^2 g_j g_j^T + h_j^2 R_j),
 with r the residual less what the places' own prior moves (MacKay, Neural Comput. 4 (1992) 415; O'Hagan & Forster,
 Bayesian Inference, 2004, ch. 11), summed over the standard deviations S of the magnitudes. One-sided magnitudes have a
-half-normal prior: times 2 Phi(mean / sd) of the posterior.
+half-normal prior: times 2 Phi(mean / sd) of the posterior, which is then the normal cut off at 0.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.linalg import cho_factor, cho_solve, helmert
-from scipy.special import log_ndtr, softmax
+from scipy.special import erfcx, log_ndtr, softmax
 from scipy.stats import chi2, norm
 
 from birdstrike.data.errors import UserError
@@ -40,9 +40,11 @@ its size counts against it (Liang, Paulo, Molina, Clyde & Berger, J. Am. Stat. A
 
 @dataclass(frozen=True)
 class Evidence:
-    """One model, amplitudes marginalised. weights: (nodes,) posterior of the nodes; amplitudes: kind -> posterior mean;
-    unnamed: that of the unnamed errors' size; z: (free,) of the columns of the free directions; h_cov, z_cov: of the
-    magnitudes and the calibrated parameters, with what another lattice moves in them; h_lattice: that alone."""
+    """One model, amplitudes marginalised. h: (members,) posterior means, never negative of one-sided members; weights:
+    (nodes,) posterior of the nodes; amplitudes: kind -> posterior mean; unnamed: that of the unnamed errors' size; z:
+    (free,) of the columns of the free directions; h_cov, z_cov: of the magnitudes and the calibrated parameters (these
+    as if no magnitude were one-sided, never too small), with what another lattice moves in them; h_lattice: that alone.
+    """
 
     hypothesis: Hypothesis
     log_evidence: float
@@ -274,9 +276,9 @@ class ModelTester:
         step = max(int(MOST_NUMBERS / len(every) ** 2), 1)
         for first in range(0, len(alike), step):
             part, own = slice(first, first + step), np.flatnonzero((at >= first) & (at < first + step))
-            inner, taken, volume = _integrated(grams.at(alike[part], every), d[chosen[part], J:])
+            inner, taken, volume = integrated(grams.at(alike[part], every), d[chosen[part], J:])
             inner, taken, to = turned.T @ inner @ turned, taken @ turned, at[own] - first
-            S[own], W[own, :J], logdet[own] = _integrated(inner[to], d[own, :J])
+            S[own], W[own, :J], logdet[own] = integrated(inner[to], d[own, :J])
             by_parameters = taken[to, :, :J] @ (d[own, :J, None] * W[own, :J])
             W[own, J:], logdet[own] = taken[to, :, J:] - by_parameters, logdet[own] + volume[to]
         return Reduced(S, W, logdet, out)
@@ -435,11 +437,11 @@ class ModelTester:
         logs, best, covariance = self._weighed(hypothesis, nodes, reduced, grams)
         evidence = float(np.logaddexp.reduce(logs, axis=None))
         w = np.exp(logs - evidence)
-        h, h_cov = self._sizes(hypothesis, nodes, w, best, covariance)
+        h, h_cov, beside_unnamed = self._sizes(hypothesis, nodes, w, best, covariance)
         z_cov, by_lattice = self._covariances(hypothesis, nodes, w, reduced.directions, grams)
         d = self.sizes(nodes)
         W = reduced.W[:, : d.shape[1]]
-        moved = np.einsum("sn,sc,snc->nc", w, self._factors(len(hypothesis.members)), best)
+        moved = np.einsum("sn,snc->nc", w, beside_unnamed)
         z = w.sum(axis=0)[:, None] * W[:, :, 0] - np.einsum("nrc,nc->nr", W[:, :, 1:], moved)
         z = (d * z).sum(axis=0)
         count = len(self.rotation)
@@ -463,11 +465,15 @@ class ModelTester:
 
     def _sizes(
         self, hypothesis: Hypothesis, nodes: Indices, w: Array, best: Array, covariance: Array
-    ) -> tuple[Array, Array]:
-        """Mean (q,) and covariance (q, q) of the members' sizes h by the weights w (deviations, nodes)."""
+    ) -> tuple[Array, Array, Array]:
+        """Mean (q,) and covariance (q, q) of the members' sizes h by the weights w (deviations, nodes).
+
+        And (deviations, nodes, q) the means by which they move the free directions (`Reduced.W`).
+        """
         q = len(hypothesis.members)
         means, covariances = self._magnitudes(hypothesis.members, nodes, best, covariance)
-        return _mixture(w.ravel(), means.reshape(w.size, q), covariances.reshape(w.size, q, q))
+        whole = _mixture(w.ravel(), means[..., :q].reshape(w.size, q), covariances[..., :q, :].reshape(w.size, q, q))
+        return *whole, means[..., q:]
 
     @cached_property
     def shared(self) -> frozenset[str]:
@@ -483,23 +489,29 @@ class ModelTester:
     def _magnitudes(
         self, members: Sequence[Suspect], nodes: Indices, best: Array, covariance: Array
     ) -> tuple[Array, Array]:
-        """Means (s, nodes, q), covariances (s, nodes, q, q) of h, with what a shared signature has of unnamed errors.
+        """Means (s, nodes, 2q) of members' sizes t, then of their own parts h; covariances (s, nodes, 2q, q) with t.
 
-        s: deviations of the prior. Of a sum t = h + u with prior variances s^2 and tau^2, h given t is normal with mean
-        t s^2/(s^2 + tau^2) and variance s^2 tau^2/(s^2 + tau^2).
+        s: deviations of the prior. They differ where an unnamed error shares the signature: of a sum t = h + u with
+        prior variances s^2 and tau^2, h given t is normal with mean t s^2/(s^2 + tau^2) and variance
+        s^2 tau^2/(s^2 + tau^2). A t that cannot be negative is cut off at 0, one after the other in a pair. Of h stands
+        then what moves the parameters: data tell of t alone, so that parameters have the covariance with t that they
+        have with h times (s^2 + tau^2)/s^2.
         """
         own = (self.deviations if members else np.ones(1))[:, None]
         mean, cov = own[..., None] * best, own[..., None, None] ** 2 * covariance
-        tau = self.unnamed[nodes] ** 2
+        tau, ratio = self.unnamed[nodes] ** 2, np.ones(best.shape)
+        shared = [i for i, one in enumerate(members) if one.label in self.shared]
+        ratio[..., shared] = (1.0 + tau / own**2)[..., None]
+        with_own = cov * ratio[..., None, :]
+        whole = with_own * ratio[..., None]
+        for i in shared:
+            whole[..., i, i] = np.maximum((cov[..., i, i] - tau / ratio[..., i]) * ratio[..., i] ** 2, 0.0)
+        means = np.concatenate([ratio * mean, mean], axis=-1)
+        covariances = np.concatenate([whole, with_own], axis=-2)
         for i, one in enumerate(members):
-            if one.label in self.shared:
-                ratio = 1.0 + tau / own**2
-                rest = (cov[..., i, i] - tau / ratio) * ratio**2
-                mean[..., i] *= ratio
-                cov[..., i, :] *= ratio[..., None]
-                cov[..., :, i] *= ratio[..., None]
-                cov[..., i, i] = np.maximum(rest, 0.0)
-        return mean, cov
+            if one.one_sided:
+                means, covariances = _cut_off(means, covariances, i)
+        return means, covariances
 
     def quantiles(self, evidence: Evidence) -> tuple[float, float, float]:
         """95 % interval of a single effect's size [plausible sizes], within its limits: begin, median and end.
@@ -535,7 +547,7 @@ class ModelTester:
             shared = self._unnamed_of(one.label) - at["J"].start
             free, own = np.delete(free, shared), own + d[:, shared, None] ** 2
         columns = [*self.free[free], 0, at[one.label].start, *unknown.columns[first:]]
-        S, _, logdet = _integrated(self.grams.at(nodes, columns), d[:, free])
+        S, _, logdet = integrated(self.grams.at(nodes, columns), d[:, free])
         prior = norm.logpdf(sizes[:, None, None], scale=np.sqrt(own))  # (sizes, nodes, deviations)
         # the signature's errors, of variances that grow with the square of the size, in the axes of their information
         lam, V = np.linalg.eigh(unknown.errors[:, None] * S[:, 2:, 2:] * unknown.errors)
@@ -656,7 +668,21 @@ def _one_sided(members: Sequence[Suspect], best: Array, covariance: Array) -> Ar
     return total
 
 
-def _integrated(whole: Array, d: Array) -> tuple[Array, Array, Array]:
+def _cut_off(mean: Array, covariance: Array, i: int) -> tuple[Array, Array]:
+    """Mean (..., n), covariance with the first q (..., n, q) of normal variables of which number i < q is not negative.
+
+    With a = mean_i/sd_i and L = phi(a)/Phi(a): mean_i + sd_i L, variance_i (1 - L (L + a)); the others by their
+    regression on it (Johnson, Kotz & Balakrishnan, Continuous Univariate Distributions 1, 2nd ed. 1994, 10.1).
+    """
+    sd = np.sqrt(np.maximum(covariance[..., i, i], 1e-300))
+    a = mean[..., i] / sd
+    L = np.sqrt(2.0 / np.pi) / erfcx(-a / np.sqrt(2.0))
+    along = covariance[..., i] / sd[..., None]
+    less = (L * (L + a))[..., None, None] * along[..., None] * along[..., None, : covariance.shape[-1]]
+    return mean + L[..., None] * along, covariance - less
+
+
+def integrated(whole: Array, d: Array) -> tuple[Array, Array, Array]:
     """S (nodes, c, c), W (nodes, r, c), log det (nodes,) of `Reduced`: the first r columns integrated out.
 
     whole: (nodes, r + c, r + c) X^T C^-1 X; d: (nodes, r) prior standard deviations.

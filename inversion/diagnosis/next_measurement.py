@@ -1,9 +1,11 @@
 """The next measurement: the sensor, or the baseline, with the highest expected posterior probability of the truth.
 
 For each model that may be true and each other, the squared distance of their curves with parameters and the other's
-magnitude free, whitened by all errors (Box & Hill, Technometrics 9 (1967) 57). A further sensor adds information to
-every distance, so that it can never make the expected answer worse. No missing effect is one of the models. Where the
-baselines are of another bird, which keeps every name from being attributed, a baseline of the shot's own comes first.
+magnitude free (Box & Hill, Technometrics 9 (1967) 57). The record's curves are whitened by all of its errors, those of
+a sensor that it lacks by noise, model error and the error of a quadratic fit to the campaign. A further sensor adds
+information to every distance, so that it can never make the expected answer worse. No missing effect is one of the
+models. Where the baselines are of another bird, which keeps every name from being attributed, a baseline of the shot's
+own comes first.
 """
 
 from __future__ import annotations
@@ -38,6 +40,7 @@ SURE = 0.95
 """Expected probability of the truth from which on sensors decide between models. Where they do not, all of these are
 doubtful: expected is what a record would tell if one of them were the truth."""
 POINTS = 60  # instants of a candidate
+ALONE = 1e-6  # one minus the leverage of a run that alone determines a coefficient: no other run shows its error
 
 
 @dataclass(frozen=True)
@@ -157,7 +160,8 @@ def _beside_clean_shot(ranking: Ranking, compared: list[str]) -> tuple[Array, in
     now = fit.tester.combinations[node]
     left = np.minimum(now, [remainder(kind) for kind in fit.tester.kinds])
     own = (float(fit.tester.unnamed[node]),)
-    tester = ModelTester(fit.system, ranking.problem.known, fit.tester.places, fit.tester.scale, left[None], own)
+    apart = (float(fit.tester.apart[node]),)
+    tester = ModelTester(fit.system, ranking.problem.known, fit.tester.places, fit.tester.scale, left[None], own, apart)
     return record_information(tester, compared, 0)
 
 
@@ -193,30 +197,66 @@ def _unexplained(gram: Array, r: int, i: int, other: int | None) -> float:
     return max(float(gram[r + i, r + i] - cross @ np.linalg.solve(inner, cross)), 0.0)
 
 
+@dataclass(frozen=True)
+class Candidate:
+    """A sensor that a shot's record lacks, as the campaign shows it about the fit, SI.
+
+    t: (m,) [s]; curve: (m,) at the fit; jacobian: (k, m) by fractions of the ranges; errors: (runs, m) of the fit to
+    the campaign, each at a run that was left out of it; peak: of all runs.
+    """
+
+    shot: Shot
+    name: str
+    t: Array
+    curve: Array
+    jacobian: Array
+    errors: Array
+    peak: float
+
+    @property
+    def sensor(self) -> Sensor:
+        """As the plan declares it."""
+        return self.shot.setup.plan.coarse.sensors[self.name]
+
+
+def candidate(ranking: Ranking, shot: Shot, name: str) -> Candidate:
+    """A sensor in the runs of a shot's campaign, about the fit without an effect."""
+    setup, z = shot.setup, ranking.fits[NONE].places.z[shot.name]
+    done, t = setup.plan.finished(setup.runs), np.linspace(0.0, float(setup.time[-1]), POINTS)
+    curves = np.array([stack(setup.runs[f"coarse {i}"], t, [name]) for i in done])
+    return Candidate(shot, name, t, *quadratic(setup.plan.unit[done] - z, curves), peak=float(np.abs(curves).max()))
+
+
+def quadratic(u: Array, curves: Array) -> tuple[Array, Array, Array]:
+    """Second-order polynomial in u (n, k) through curves (n, m); first-order where that has as many terms as runs.
+
+    Value (m,) and slopes (k, m) at u = 0, and the errors (n, m) at each run of a fit to the others: residual over one
+    minus leverage (Allen, Technometrics 16 (1974) 125).
+    """
+    n, k = u.shape
+    linear = [np.ones(n), *u.T]
+    squares = [u[:, i] * u[:, j] for i in range(k) for j in range(i, k)]
+    basis = np.column_stack([*linear, *(squares if n > len(linear) + len(squares) else [])])
+    inverse = np.linalg.pinv(basis)
+    coefficients, leverage = inverse @ curves, np.einsum("np,pn->n", basis, inverse)
+    errors = (curves - basis @ coefficients) / np.maximum(1.0 - leverage, ALONE)[:, None]
+    return coefficients[0], coefficients[1 : 1 + k], errors
+
+
 def sensor_information(ranking: Ranking, shot: Shot, name: str, compared: list[str]) -> Array | None:
-    """(r + q, r + q) that one more sensor in the shot adds; None where its curves are missing or zero."""
-    setup, fit = shot.setup, ranking.fits[NONE]
-    runs, plan = setup.runs, setup.plan
-    done = plan.finished(runs)
-    t = np.linspace(0.0, float(setup.time[-1]), POINTS)
-    curves = np.array([stack(runs[f"coarse {i}"], t, [name]) for i in done])
-    peak = float(np.abs(curves).max())
-    if not peak:
+    """(r + q, r + q) that one more sensor in the shot adds; None where its curves are zero."""
+    one, tester, node = candidate(ranking, shot, name), ranking.fits[NONE].tester, _likeliest(ranking, compared)
+    if not one.peak:
         return None
-    k = len(setup.lows)
-    u = plan.unit[done] - fit.places.z[shot.name]
-    basis = np.column_stack([np.ones(len(u)), u, *(u[:, i] * u[:, j] for i in range(k) for j in range(i, k))])
-    coefficients = np.linalg.lstsq(basis, curves, rcond=None)[0]
-    J = np.zeros((POINTS, len(fit.system.names) * k))
-    at = fit.system.names.index(shot.name) * k
-    J[:, at : at + k] = setup.plan.prior.sd * coefficients[1 : 1 + k].T
-    signatures, node = slopes(shot, name, t), _likeliest(ranking, compared)
-    J = J @ fit.tester.rotation.T * fit.tester.sizes(np.array([node]))[0, : J.shape[1]]
-    J = np.hstack([J, _unnamed(ranking, signatures, node)])
-    G = [_response(ranking, shot, label, signatures, t, coefficients[0]) for label in compared]
-    X = np.column_stack([J, *G])
-    covariance = _error(shot, name, t, coefficients[0], peak)
-    return X.T @ np.linalg.solve(covariance, X)
+    k, signatures = len(one.jacobian), slopes(shot, name, one.t)
+    J = np.zeros((POINTS, len(tester.rotation)))
+    at = tester.system.names.index(shot.name) * k
+    J[:, at : at + k] = shot.setup.plan.prior.sd * one.jacobian.T
+    J = J @ tester.rotation.T * tester.sizes(np.array([node]))[0, : J.shape[1]]
+    G = [_response(ranking, one, label, signatures) for label in compared]
+    X = np.column_stack([J, _unnamed(ranking, signatures, node), *G])
+    amplitudes = dict(zip(tester.kinds, map(float, tester.combinations[node]), strict=True))
+    return X.T @ np.linalg.solve(_error(one, amplitudes), X)
 
 
 def _unnamed(ranking: Ranking, signatures: Mapping[str, Array], node: int) -> Array:
@@ -231,17 +271,15 @@ def _unnamed(ranking: Ranking, signatures: Mapping[str, Array], node: int) -> Ar
     return tester.unnamed[node] * np.hstack([own, np.zeros((POINTS, last - first - own.shape[1]))])
 
 
-def _response(
-    ranking: Ranking, shot: Shot, label: str, signatures: Mapping[str, Array], t: Array, curve: Array
-) -> Array:
+def _response(ranking: Ranking, at: Candidate, label: str, signatures: Mapping[str, Array]) -> Array:
     """(t,) a model's signature at the candidate for h = 1: instrument faults of the record's sensors leave it alone."""
-    one = ranking.models[label].members[0]
-    if shot.name not in one.shots:
-        return np.zeros(len(t))
+    one, none = ranking.models[label].members[0], np.zeros(len(at.t))
+    if at.shot.name not in one.shots:
+        return none
     if one.response is None:
         clock = label_parts(label)[:2] == ("time_offset", "")
-        return -one.size * np.gradient(curve, t) if clock else np.zeros(len(t))
-    return signatures.get(one.name, np.zeros(len(t)))
+        return -one.size * np.gradient(at.curve, at.t) if clock else none
+    return signatures.get(one.name, none)
 
 
 def slopes(shot: Shot, name: str, t: Array) -> Mapping[str, Array]:
@@ -258,19 +296,24 @@ def slopes(shot: Shot, name: str, t: Array) -> Mapping[str, Array]:
     return found
 
 
-def _error(shot: Shot, name: str, t: Array, curve: Array, peak: float) -> Array:
-    """(t, t) covariance of a candidate: noise, and a discrepancy as large as a baseline would leave."""
-    setup, sensor = shot.setup, shot.setup.plan.coarse.sensors[name]
+def _error(at: Candidate, amplitudes: Mapping[str, float]) -> Array:
+    """(t, t) covariance of a candidate: noise, model error, and the error of the fit to the campaign.
+
+    amplitudes: kind of the record's sensors -> likeliest amplitude of the discrepancy. The candidate's is as large, but
+    not below what a baseline would leave.
+    """
+    setup, sensor, t = at.shot.setup, at.sensor, at.t
     fine = [i for i in setup.plan.fine_points() if f"fine {i}" in setup.runs and f"coarse {i}" in setup.runs]
     draws = np.array(
-        [stack(setup.runs[f"fine {i}"], t, [name]) - stack(setup.runs[f"coarse {i}"], t, [name]) for i in fine]
+        [stack(setup.runs[f"fine {i}"], t, [at.name]) - stack(setup.runs[f"coarse {i}"], t, [at.name]) for i in fine]
     )
-    shape = shape_of(draws, curve, t)
-    size = remainder(sensor.kind) * peak * shape.growth
-    kernel = started(t, t, shot.onset, shape.length)
-    level = sensor.noise or NOISE * peak
-    spacing = float(t[1] - t[0]) / max(float(np.median(np.diff(shot.record.traces[0].times))), 1e-12)
-    return np.outer(size, size) * kernel + np.eye(len(t)) * level**2 / max(spacing, 1.0)
+    shape = shape_of(draws, at.curve, t)
+    size = max(remainder(sensor.kind), amplitudes.get(sensor.kind, 0.0)) * at.peak * shape.growth
+    kernel = started(t, t, at.shot.onset, shape.length)
+    level = sensor.noise or NOISE * at.peak
+    spacing = float(t[1] - t[0]) / max(float(np.median(np.diff(at.shot.record.traces[0].times))), 1e-12)
+    emulator = at.errors.T @ at.errors / len(at.errors)
+    return np.outer(size, size) * kernel + np.eye(len(t)) * level**2 / max(spacing, 1.0) + emulator
 
 
 def described(name: str, sensor: Sensor, case: Case) -> str:

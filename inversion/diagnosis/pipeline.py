@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from birdstrike.data.formatting import quantity
+from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.progress import Display, no_display
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.doe.solvers import simulated_by
@@ -22,6 +22,7 @@ from birdstrike.inversion.diagnosis.answer import (
     discrepancy_figures,
     effect_figures,
     noise_figures,
+    outside_range,
     pair_figures,
     remainder_figures,
     simulation_counts,
@@ -270,7 +271,7 @@ class Pipeline:
     def _assembled(self, decision: _Decision, refinement: Mapping[str, Any]) -> Diagnosis:
         """The answer's figures."""
         ranking, chosen, runs = decision.ranking, decision.chosen, decision.runs
-        shot, detectable = self.shots[0], minimum_detectable(ranking, self.options.alpha)
+        shot = self.shots[0]
         best = runs.get(f"{self._shot_with(decision)} after")
         effects = effect_figures(ranking, decision.required, chosen if best else None)
         proposal = propose(ranking, shot, decision.verdict != NO_RESIDUAL and of_another_bird(decision.same_bird))
@@ -286,14 +287,14 @@ class Pipeline:
             effects=effects,
             before=before,
             after=after,
-            minimum_detectable=detectable,
+            minimum_detectable=minimum_detectable(ranking, self.options.alpha),
             next_measurement=None if proposal is None else {**vars(proposal), "sentence": proposal.sentence},
             pairs=pair_figures(ranking),
             remainder=remainder_figures(ranking),
             noise=noise_figures(self.shots, ranking),
             discrepancy=discrepancy_figures(ranking, chosen),
             nuisance={},
-            baseline=self._baseline_figures(ranking, detectable),
+            baseline=self._baseline_figures(ranking),
             shots=tuple(decision.shot_states(one) for one in self.shots),
             held_out=_side_by_side(decision.held, chosen),
             case_after=None,
@@ -344,7 +345,7 @@ class Pipeline:
                 held[label].append(other_record(ranking.problem, model, fit, heldout, self.shots[0]))
         return held
 
-    def _baseline_figures(self, ranking: Ranking, detectable: Mapping[str, float | None]) -> dict[str, Any] | None:
+    def _baseline_figures(self, ranking: Ranking) -> dict[str, Any] | None:
         """What the baselines show, and by how much smaller they make what can be detected."""
         if not self.baselines.shots:
             return None
@@ -359,7 +360,7 @@ class Pipeline:
         return {
             "shots": [shot.name.removeprefix("baseline ") for shot in self.baselines.shots],
             "residual_rms": rms,
-            "gain": gain(detectable, minimum_detectable(without, self.options.alpha)),
+            "gain": gain(ranking, without, self.options.alpha),
             "same_bird": self._same_bird(ranking),
             "bird": {
                 "stated": self.options.baseline_bird,
@@ -422,6 +423,7 @@ class Pipeline:
             )
         for shot in self.shots:
             sentences += _prior_conflicts(shot, ranking, chosen or NONE)
+            sentences += _outside_ranges(shot, ranking, chosen or NONE)
         sentences += shells_of_a_file(unrefined_file(shot.setup.plan.case) for shot in self.shots)
         sentences += _lattices_lacking((*self.shots, *self.baselines.shots))
         for shot in self.shots:
@@ -463,6 +465,19 @@ def _prior_conflicts(shot: Shot, ranking: Ranking, model: str) -> list[str]:
         return quantity(float(space.to_physical(np.full((1, len(space.names)), z))[0, i]), space.units[i])
 
     return conflicts(prior, space.names, *ranking.fits[model].interval(shot.name, len(space.names)), shown)
+
+
+def _outside_ranges(shot: Shot, ranking: Ranking, model: str) -> list[str]:
+    """A warning for each of a shot's parameters that a model has outside its range."""
+    space = shot.setup.plan.space
+    mean, _ = ranking.fits[model].interval(shot.name, len(space.names))
+    value = space.to_physical(mean[None])[0]
+    return [
+        f"{shot.name}: {plain(space.names[i], space.names)} of {quantity(float(value[i]), space.units[i])} would fit "
+        f"best, outside its range ({span(float(space.lows[i]), float(space.highs[i]), space.units[i])}): it is not "
+        "identified; widen the range if the material allows it, else look for what the case does not describe"
+        for i in np.flatnonzero(outside_range(mean))
+    ]
 
 
 def _left_out(setups: Sequence[Setup]) -> list[str]:

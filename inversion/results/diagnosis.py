@@ -46,10 +46,10 @@ class EffectFigures:
     """One model; magnitude and interval in SI, None for `none` and `something_else`.
 
     probability: that it is there, alone or in a pair; p_consistent: its evidence against the best model's, 1e-4 .. 1,
-    no frequency (`answer.consistency`); log_evidence: over none; twins: name -> cosine; at_bound: the largest magnitude
-    looked at is reached; absorbed: share of the signature that the calibrated parameters imitate; bias: what one
-    plausible size would add to each of them, SI, were it there and not in the model; confirmed: the solver was run at
-    the fit.
+    no frequency (`answer.consistency`); log_evidence: over none; twins: name -> cosine of the signatures, less what the
+    calibrated parameters imitate of them; at_bound: the largest magnitude looked at is reached; absorbed: share of the
+    signature, squared and weighed by all errors but the unnamed ones, that these parameters imitate; bias: what one
+    plausible size would add to each of them in the fit without an effect, SI; confirmed: the solver was run at the fit.
     """
 
     name: str

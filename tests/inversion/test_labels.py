@@ -53,8 +53,8 @@ def test_a_clock_of_one_shot_is_that_of_a_further_sensor_too() -> None:
 
     def response(label: str) -> np.ndarray:
         ranking: Any = SimpleNamespace(models={label: SimpleNamespace(members=(member,))})
-        shot: Any = SimpleNamespace(name="a_1.5")
-        return _response(ranking, shot, label, {}, t, t)
+        candidate: Any = SimpleNamespace(shot=SimpleNamespace(name="a_1.5"), t=t, curve=t)
+        return _response(ranking, candidate, label, {})
 
     assert response("time_offset@a_1.5") == pytest.approx(-0.1)
     assert response("time_offset.displacement_centre") == pytest.approx(0.0)

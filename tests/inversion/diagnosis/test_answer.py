@@ -9,10 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
+from scipy.stats import norm
 
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.diagnosis import answer
 from birdstrike.inversion.diagnosis.answer import _meaning, consistency, parameters, reaches_limit
+from birdstrike.inversion.diagnosis.pipeline import _outside_ranges
 from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.results.diagnosis import AMBIGUOUS, ATTRIBUTED, NO_RESIDUAL, UNEXPLAINED, EffectFigures
 from birdstrike.inversion.results.diagnosis_text import OPPOSITES, in_its_sense, magnitude_words, next_step, sentence_of
@@ -108,13 +111,66 @@ def test_a_parameter_is_identified_by_the_inversions_rule(
     sd: float, known: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Interval 3.92 sd against half of 0.876, the width of the prior of a range with its ends cut off."""
-    space = ParameterSpace(("MU",), ("Pa s",), np.array([0.0]), np.array([1.0]), ("",))
-    plan = SimpleNamespace(space=space, prior=NormalPrior.of_ranges(1))
-    shot: Any = SimpleNamespace(name="a", setup=SimpleNamespace(plan=plan))
-    fit: Any = SimpleNamespace(interval=lambda *_: (np.array([0.5]), np.array([sd])))
     monkeypatch.setattr(answer, "estimate", lambda *_: (np.array([0.5]), None))
-    model: Any = None
-    assert parameters(fit, shot, model)["MU"]["identified"] is known
+    found = parameters(fitted(0.5, sd), shot_of(NormalPrior.of_ranges(1)), NO_MODEL)["MU"]
+    assert found["identified"] is known
+    interval = (100.0 + 900.0 * (0.5 - 1.96 * sd), 100.0 + 900.0 * (0.5 + 1.96 * sd))
+    assert found["interval_95"] == pytest.approx(interval if known else (100.0, 1000.0), rel=1e-3)
+
+
+NO_MODEL: Any = None
+
+
+def shot_of(prior: NormalPrior) -> Any:
+    """One parameter between 100 and 1000 Pa s."""
+    space = ParameterSpace(("MU",), ("Pa s",), np.array([100.0]), np.array([1000.0]), ("",))
+    return SimpleNamespace(name="a", setup=SimpleNamespace(plan=SimpleNamespace(space=space, prior=prior)))
+
+
+def fitted(mean: float, sd: float) -> Any:
+    """A fit with this posterior of the parameter, in fractions of its range."""
+    return SimpleNamespace(interval=lambda *_: (np.array([mean]), np.array([sd])))
+
+
+@pytest.mark.parametrize(("mean", "sd"), [(0.02, 0.05), (0.0, 0.1), (0.95, 0.04), (0.5, 0.02)])
+def test_a_parameter_s_interval_is_that_of_the_posterior_cut_off_at_its_range(
+    mean: float, sd: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(answer, "estimate", lambda *_: (np.array([mean]), None))
+    found = parameters(fitted(mean, sd), shot_of(NormalPrior.of_ranges(1)), NO_MODEL)["MU"]
+    z = np.linspace(0.0, 1.0, 100_001)
+    mass = cumulative_trapezoid(norm.pdf(z, mean, sd), z, initial=0.0)
+    low, high = np.interp([0.025, 0.975], mass / mass[-1], z)
+    expected = (100.0 + 900.0 * min(low, mean), 100.0 + 900.0 * high)
+    assert found["identified"] is True
+    assert found["interval_95"] == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize(("mean", "sd"), [(-0.3, 0.05), (1.2, 0.01), (-40.0, 0.01)])
+def test_what_lies_outside_its_range_is_not_identified_and_told(
+    mean: float, sd: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was called identified, with a value of 127 Pa s and an interval from 100 to 100."""
+    shot = shot_of(NormalPrior.of_ranges(1))
+    monkeypatch.setattr(answer, "estimate", lambda *_: (np.array([0.03]), None))
+    found = parameters(fitted(mean, sd), shot, NO_MODEL)["MU"]
+    assert found["identified"] is False
+    assert found["value"] == pytest.approx(127.0)
+    assert found["interval_95"] == (100.0, 1000.0)
+    ranking: Any = SimpleNamespace(fits={"e": fitted(mean, sd)})
+    (line,) = _outside_ranges(shot, ranking, "e")
+    assert line.startswith("a: MU of ")
+    assert "outside its range (100 .. 1000 Pa s): it is not identified" in line
+    ranking.fits["e"] = fitted(0.0, 0.1)
+    assert not _outside_ranges(shot, ranking, "e")
+
+
+def test_beside_a_stated_prior_what_is_not_identified_keeps_its_posterior(monkeypatch: pytest.MonkeyPatch) -> None:
+    prior = NormalPrior(np.array([0.5]), np.array([0.1]), np.array([True]))
+    monkeypatch.setattr(answer, "estimate", lambda *_: (np.array([0.5]), None))
+    found = parameters(fitted(0.5, 0.09), shot_of(prior), NO_MODEL)["MU"]
+    assert found["identified"] is False
+    assert found["interval_95"] == pytest.approx((550.0 - 900.0 * 0.1764, 550.0 + 900.0 * 0.1764), rel=1e-4)
 
 
 @pytest.mark.parametrize(("behind", "figure"), [(0.0, 1.0), (2.0, 0.0455), (4.5, 0.0027), (50.0, 1e-4)])

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.special import logsumexp, softmax
-from scipy.stats import binom, multivariate_normal
+from scipy.stats import binom, multivariate_normal, norm
 from sklearn.gaussian_process.kernels import Matern
 
 from birdstrike.data.errors import UserError
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.diagnosis.alarm import alarm
 from birdstrike.inversion.diagnosis.answer import verdict_of
 from birdstrike.inversion.diagnosis.baseline import Baselines
@@ -180,6 +181,22 @@ def test_thinned_amplitudes_are_every_other_one_of_each_kind() -> None:
     assert len(found.log_weights()) == 2
 
 
+def test_of_some_kinds_the_kept_combinations_are_what_the_kept_ones_have_of_these_kinds() -> None:
+    """A sensor held out of four kinds of which few combinations are kept: no other amplitudes, and none twice."""
+    kinds = ("displacement", "strain", "contact_force", "acceleration")
+    every = unknown_or_stated(kinds, {})
+    kept = (0, 7, 300, 301, 1295)
+    few = replace(every, kept=kept)
+    for left in (("displacement", "strain", "acceleration"), ("contact_force",), kinds):
+        own = few.only(set(left))
+        expected = {tuple(row[[kinds.index(kind) for kind in left]]) for row in every.combinations()[list(kept)]}
+        found = [tuple(row) for row in own.combinations()]
+        assert len(found) == len(expected)
+        assert set(found) == expected
+        assert own.log_weights() == pytest.approx(np.full(len(found), -len(left) * np.log(6.0)))
+    assert len(every.only({"strain"}).combinations()) == 6
+
+
 def singles(every: Mapping[str, Hypothesis]) -> dict[str, Suspect]:
     """As `Ranking.singles`."""
     return {label: one.members[0] for label, one in every.items() if len(one.members) == 1}
@@ -342,6 +359,59 @@ def test_a_one_sided_magnitude_doubles_the_evidence_where_it_is_surely_positive(
     s = system(0, y)
     two, one = (ModelTester(s, known(np.array([0.01]))).model(models(sided)["e1"]) for sided in (False, True))
     assert one.log_evidence - two.log_evidence == pytest.approx(np.log(2.0), abs=1e-3)
+
+
+@pytest.mark.parametrize("unnamed", [None, 0.03, 1.0])
+@pytest.mark.parametrize("true", [-0.3, -0.1, 0.0, 0.3])
+def test_a_one_sided_magnitude_is_the_mean_of_what_it_may_be(true: float, unnamed: float | None) -> None:
+    """By quadrature, with its variance and the parameters beside it; unnamed: size of one with the same signature."""
+    rng, first = np.random.default_rng(1), system(0)
+    g, J = first.columns[:, first.at["e1"].start], first.columns[:, first.at["J"]]
+    columns = first.columns.copy()
+    columns[:, 0] = y = true * g + J @ [0.5, -0.4] + rng.standard_normal(POINTS)
+    if unnamed is not None:
+        columns[:, first.at["unnamed"]] = g[:, None]
+    s, size = replace(first, columns=columns), unnamed or 0.1
+    found = ModelTester(s, known(np.array([0.01])), unnamed=(size,)).model(models(True)["e1"])
+    C = covariance(s, 0.01, size if unnamed is None else 0.0)
+    score, information = g @ np.linalg.solve(C, y), g @ np.linalg.solve(C, g)
+    h = np.linspace(0.0, 2.0, 200_001)
+    prior = np.hypot(SIZES, unnamed or 0.0)[:, None]
+    logs = np.logaddexp.reduce(norm.logpdf(h, scale=prior), axis=0) + h * score - 0.5 * h**2 * information
+    density = np.exp(logs - logs.max())
+    density /= np.trapezoid(density, h)
+    mean: Any = np.trapezoid(h * density, h)
+    z = J.T @ np.linalg.solve(C, y - mean * g)
+    assert found.h[0] == pytest.approx(mean, rel=2e-3)
+    assert found.h_cov[0, 0] == pytest.approx(np.trapezoid((h - mean) ** 2 * density, h), rel=5e-3)
+    assert found.z[:2] == pytest.approx(z, abs=1e-4)
+
+
+@pytest.mark.parametrize("both", [False, True])
+@pytest.mark.parametrize("true", [(0.0, 0.3), (-0.1, -0.1), (0.1, -0.05)])
+def test_beside_a_one_sided_magnitude_the_other_of_a_pair_is_its_mean_too(
+    true: tuple[float, float], both: bool
+) -> None:
+    """Exact by quadrature where one is one-sided; of two, which are cut off one after the other, within a tenth."""
+    rng, first = np.random.default_rng(2), system(0)
+    G = first.columns[:, [first.at["e1"].start, first.at["e2"].start]]
+    y = G @ true + rng.standard_normal(POINTS)
+    tester = ModelTester(system(0, y), known(np.array([0.01])), unnamed=(0.1,))
+    pair: Any = (Stub("e1", True), Stub("e2", both))
+    found = tester.model(Hypothesis("e1+e2", pair, 0.1, "pairs"))
+    C = covariance(first, 0.01, 0.1)
+    S, b = G.T @ np.linalg.solve(C, G), G.T @ np.linalg.solve(C, y)
+    axes = np.linspace(0.0, 1.0, 2001), np.linspace(0.0 if both else -1.0, 1.0, 2001)
+    A, B = np.meshgrid(*axes, indexing="ij")
+    logs = A * b[0] + B * b[1] - 0.5 * (S[0, 0] * A**2 + 2.0 * S[0, 1] * A * B + S[1, 1] * B**2)
+    logs += np.logaddexp.reduce([norm.logpdf(A, scale=sd) + norm.logpdf(B, scale=sd) for sd in SIZES], axis=0)
+    density = np.exp(logs - logs.max())
+
+    def integral(values: np.ndarray) -> float:
+        return float(np.trapezoid(np.trapezoid(values * density, axes[1]), axes[0]))
+
+    expected = np.array([integral(A), integral(B)]) / integral(np.ones_like(A))
+    assert found.h == pytest.approx(expected, rel=0.1 if both else 2e-3, abs=1e-4)
 
 
 def test_a_large_magnitude_is_not_shrunk_nor_shared_out() -> None:
@@ -828,11 +898,14 @@ def test_records_contradict_a_stated_bird_that_they_make_unlikely(stated: str, e
 
 def test_a_diagnosis_says_that_shells_of_a_file_are_not_refined(tmp_path: Path) -> None:
     case = load_case(table_with(written(tmp_path / "panel.inp")))
-    plan = SimpleNamespace(case=case, lattices=dict, space=None, prior=NormalPrior.of_ranges(1))
+    space = ParameterSpace(("MU",), ("Pa s",), np.array([0.0]), np.array([1.0]), ("",))
+    plan = SimpleNamespace(case=case, lattices=dict, space=space, prior=NormalPrior.of_ranges(1))
     setup = SimpleNamespace(plan=plan, left_out=(), lattice_moves={}, channels=(), learnt={})
     shot: Any = SimpleNamespace(name="a", setup=setup, nuisances={}, record=SimpleNamespace(warnings=()))
     pipeline: Any = Pipeline((shot,), Baselines(()), DiagnosisOptions(), None)  # pyright: ignore[reportArgumentType]
-    ranking: Any = SimpleNamespace(problem=SimpleNamespace(known=SimpleNamespace(source=STATED)), same_bird=None)
+    fit = SimpleNamespace(interval=lambda *_: (np.array([0.5]), np.array([0.1])))
+    problem = SimpleNamespace(known=SimpleNamespace(source=STATED))
+    ranking: Any = SimpleNamespace(problem=problem, same_bird=None, fits={NONE: fit})
     decision: Any = SimpleNamespace(ranking=ranking, chosen=None, failed={}, doubts=())
     (line,) = pipeline._warnings(decision, ())
     assert line.startswith("target.mesh = panel.inp: shells from a file are not refined")
