@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from birdstrike.data.arguments import as_list, as_names, as_path
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import fills_out
 from birdstrike.data.paths import resolve_measured
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case, CaseSource
 
 
+TRAINERS = ("lm", "adam")
+"""Trainers of the network that a loop offers; train_and_invert has more."""
 SHOWN = (".json", ".csv", ".toml")
 """Endings of the files in the folders of a loop that its report shows."""
 PLANNED = 0.8  # of a diagnosis' progress: its planned simulations; those at the fits follow
@@ -93,50 +96,98 @@ def close_the_loop(
     trainer: str = "lm",
     diagnosis: bool = True,
     retry_failed: bool = False,
-    channels: tuple[str, ...] = (),
-    baseline: Sequence[str | Path] = (),
-    baseline_case: Sequence[str | Path | Case] = (),
+    channels: str | Sequence[str] = (),
+    baseline: str | Path | Sequence[str | Path] = (),
+    baseline_case: CaseSource | Sequence[CaseSource] = (),
     baseline_bird: str | None = None,
     doe: str | Path | None = None,
     heldout: str | Path | None = None,
     display: Display = no_display,
     say: Callable[[str], None] = warnings.warn,
 ) -> dict[str, Any]:
-    """Run what is due of the whole loop and return the content of `out/close_the_loop.json`.
+    """Run what is due of the whole loop: campaign, inversion, verification, diagnosis, report.
 
-    case, measured: files or shipped names; diagnosis: whether the residual is traced to an effect; retry_failed: runs
-    with a failure on record are tried again, and stages that hold some are done again; baseline: records of the same
-    rig in which nothing is suspected, each with its baseline_case where they are not of `case`; baseline_bird: auto,
-    same, recipe or other, as `diagnose` takes it, by default the case's; doe: a finished campaign of run_doe, taken in
-    place of the loop's own and left as it is; heldout: another record of the case, which nothing in the diagnosis is
-    fitted to. The diagnosis simulates on meshes of its own and with more sensors, so that it seldom finds a run of a
-    campaign to use. The campaign's workers are started afresh: a script that calls this needs
-    `if __name__ == "__main__":`. Raises UserError and RunFailed; after either, and after Ctrl-C, the same call resumes.
+    The diagnosis simulates on meshes of its own and with more sensors, so that it seldom finds a run of a campaign to
+    use. The campaign's workers are started afresh: a script that calls this needs `if __name__ == "__main__":`.
+
+    Parameters
+    ----------
+    case : path, table or Case
+        The shot's case.
+    measured : path
+        File of its record, or a shipped one's name.
+    out : path
+        Folder of the loop; the same call resumes, also after an error or Ctrl-C.
+    design, runs : str or path, int
+        Of the campaign, as run_doe takes them; not looked at with `doe`.
+    seed : int
+        Of design, network, emulators and diagnosis.
+    workers : int, optional
+        Simulations at a time; all cores by default.
+    trainer : {'lm', 'adam'}
+        Of the network.
+    diagnosis : bool
+        Whether the residual is traced to an effect.
+    retry_failed : bool
+        Whether runs with a failure on record are tried again, and stages that hold some are done again.
+    channels : str or sequence of str
+        Of the record that are used; all where none is named.
+    baseline, baseline_case : path and case, or sequences of them
+        Records of the same rig in which nothing is suspected, by default those that the case names; a case for each in
+        order, or none at all: they are of `case`.
+    baseline_bird : {'auto', 'same', 'recipe', 'other'}, optional
+        As `diagnose` takes it, by default the case's.
+    doe : path, optional
+        A finished campaign of run_doe, taken in place of the loop's own and left as it is.
+    heldout : path, optional
+        Another record of the case, which nothing in the diagnosis is fitted to.
+    display : callable
+        Context manager that shows a stage's heading and gives what takes its progress, 0..1.
+    say : callable
+        Takes what the user should know, one line at a time.
+
+    Returns
+    -------
+    dict
+        The content of `out/close_the_loop.json`, SI.
+
+    Raises
+    ------
+    UserError
+        For a case, record, design or argument that cannot be used.
+    RunFailed
+        Where the campaign, the verification or the diagnosis has too few runs that finish.
     """
     from birdstrike.data.curves import read_measured
     from birdstrike.doe.campaign.adoption import adopted_design
     from birdstrike.doe.campaign.run import retry_before
+    from birdstrike.doe.campaign.worker import worker_count
+    from birdstrike.doe.designs.registry import refuse_seed
     from birdstrike.inversion.diagnosis.diagnose import read_records
     from birdstrike.inversion.diagnosis.evidence import birds_apart
     from birdstrike.inversion.observations.reader import Expected, read_record
     from birdstrike.solver.case.case import as_case
+    from birdstrike.surrogate.inverse_network import refuse_unknown
 
-    retry = retry_before(retry_failed)
+    retry, used = retry_before(retry_failed), as_names("channels", channels)
+    refuse_unknown(trainer, trainers=TRAINERS)
+    refuse_seed(seed)
+    at_a_time = None if workers is None else worker_count(workers)
     with display("Check: case, record and design") as progress:
         loaded, record = as_case(case), resolve_measured(measured)
         bird = baseline_bird or loaded.diagnosis.baseline_bird
         birds_apart(bird)
-        clean = baseline_files(loaded, baseline)
-        clean_cases = tuple(map(as_case, baseline_case))
+        clean = baseline_files(loaded, as_list(baseline))
+        clean_cases = tuple(map(as_case, as_list(baseline_case)))
         held_out = None if heldout is None else resolve_measured(heldout)
         if diagnosis:
-            for warning in read_records(loaded, record, held_out, clean, clean_cases, channels).warnings:
+            for warning in read_records(loaded, record, held_out, clean, clean_cases, used).warnings:
                 say(warning)
         elif held_out is not None:
             raise UserError("a held-out record is for the diagnosis; leave out --heldout or --no-diagnosis")
         else:
-            read_record(read_measured(record).only(channels), Expected.of_case(loaded, loaded.time.end))
-        adopted = None if doe is None else Path(doe)
+            read_record(read_measured(record).only(used), Expected.of_case(loaded, loaded.time.end))
+        adopted = None if doe is None else as_path("doe", doe)
         planned = (
             planned_runs(loaded, design, runs, seed, progress) if adopted is None else adopted_design(loaded, adopted)
         )
@@ -146,12 +197,12 @@ def close_the_loop(
         out=Path(out),
         design=planned,
         seed=seed,
-        workers=workers,
+        workers=at_a_time,
         trainer=trainer,
         say=say,
         diagnosed=diagnosis,
         retry=retry,
-        channels=channels,
+        channels=used,
         baselines=clean,
         baseline_cases=clean_cases,
         adopted=adopted,

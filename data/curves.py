@@ -9,11 +9,11 @@ from dataclasses import dataclass, field, replace
 from io import StringIO
 from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from birdstrike.data.arguments import as_names
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.exports.registry import EXPORTS
 from birdstrike.data.files import file_digest, write_atomically
@@ -96,7 +96,7 @@ class Measured:
 
     def only(self, channels: Sequence[str]) -> Measured:
         """The record with these channels alone, all where none is named; raises MeasuredError for one it has not."""
-        if not channels:
+        if not (channels := as_names("channels", channels)):
             return self
         unknown = [name for name in channels if name not in self.channels]
         if unknown:
@@ -138,7 +138,7 @@ def only_channels(records: Sequence[Measured], channels: Sequence[str]) -> list[
 
     Raises MeasuredError for a channel that no record has, and for a record that has none of them.
     """
-    channels = as_list(channels)  # one name is a sequence too, of letters
+    channels = as_names("channels", channels)
     if len(records) == 1:
         return [records[0].only(channels)]
     held = dict.fromkeys(name for one in records for name in one.channels)
@@ -198,13 +198,6 @@ def read_measured(path: str | Path) -> Measured:
 def as_measured(record: str | Path | Measured) -> Measured:
     """A record as it is, anything else as `read_measured` reads the file, or the shipped curve of that name."""
     return record if isinstance(record, Measured) else read_measured(resolve_measured(record))
-
-
-def as_list(given: Any) -> list[Any]:
-    """What was given once or several times, such as records or their cases, as a list; None is none."""
-    if given is None:
-        return []
-    return list(given) if isinstance(given, list | tuple) else [given]
 
 
 def _is_foreign(error: str) -> bool:

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import UserError
 
 
@@ -77,6 +78,12 @@ def file_digest(path: Path) -> str:
     """SHA-256 of a file's content."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def file_in(place: str | Path, name: str) -> Path:
+    """The file that a path names, in a folder the one of this name; raises UserError for what is no path."""
+    path = as_path("path", place)
+    return path / name if path.is_dir() else path
 
 
 def read_json(path: Path) -> dict[str, Any]:

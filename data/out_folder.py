@@ -10,6 +10,7 @@ from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
+from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
 
@@ -72,7 +73,7 @@ def fills_out(command: str) -> Callable[[Callable[Given, Returned]], Callable[Gi
         @functools.wraps(function)
         def run(*args: Given.args, **kwargs: Given.kwargs) -> Returned:
             out = signature.bind(*args, **kwargs).arguments.get("out")
-            with nullcontext() if out is None else reserved(Path(out), command):
+            with nullcontext() if out is None else reserved(as_path("out", out), command):
                 return function(*args, **kwargs)
 
         return run

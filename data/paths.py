@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from os import PathLike
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
@@ -33,6 +34,11 @@ def resolve_measured(name: str | Path) -> Path:
 
 
 def _resolve(name: str | Path, folder: Path, suffix: str, what: str, beside: Path | None) -> Path:
+    if not isinstance(name, str | PathLike):
+        raise UserError(
+            f"a {what} is given by its path or by the name of a shipped one, not as {type(name).__name__}; write it to "
+            "a file and give that"
+        )
     given = Path(name).expanduser()
     candidates = [given if beside is None else beside / given]
     if given.parent == Path():

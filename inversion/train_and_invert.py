@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from birdstrike.data.arguments import as_list, as_names, as_options, as_path, refuse_no_function, refuse_other_kinds
 from birdstrike.data.curves import (
     Measured,
-    as_list,
     as_measured,
     only_channels,
     read_histories,
@@ -49,7 +49,7 @@ from birdstrike.inversion.estimation.mesh_correction import (
     shells_of_a_file,
 )
 from birdstrike.inversion.estimation.posterior import Sampling
-from birdstrike.inversion.estimation.refinement import AUTO, refine
+from birdstrike.inversion.estimation.refinement import AUTO, refine, refuse_budget
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
 from birdstrike.inversion.estimation.verification import write_verification
 from birdstrike.inversion.forward import Forward, StoredSolver
@@ -64,7 +64,7 @@ from birdstrike.solver.case.nuisances import Nuisance, case_nuisances
 from birdstrike.solver.case.settings import NUISANCE
 from birdstrike.solver.case.write import copy_case
 from birdstrike.surrogate.files import save_emulator, save_network
-from birdstrike.surrogate.inverse_network import HIDDEN
+from birdstrike.surrogate.inverse_network import HIDDEN, refuse_unknown
 
 OPTIONS_FILE = "options.json"
 """Beside inversion.json: what was asked for, so that it can be asked for again, and each shot's filter of the model."""
@@ -106,7 +106,7 @@ class Extras:
     posterior: bool = True
     retry_failed: bool = False
     retry: float = 0.0
-    channels: tuple[str, ...] = ()
+    channels: str | Sequence[str] = ()
     mesh_correction: bool = False
     outputs: str = "bounded"
     more_runs: str = "--refine N"
@@ -167,10 +167,12 @@ def train_and_invert(
     RunFailed
         When no verification run finishes.
     """
-    folder, more = Path(out), extras or Extras()
+    folder, more = Path(out), as_options("extras", extras, Extras)
+    more = replace(more, channels=as_names("channels", more.channels))
     refuse_seed(seed)
     _refuse_values(more)
-    folders, cases = [Path(path) for path in as_list(doe_dir)], as_list(case)
+    refuse_no_function("forward", forward, "{dotted case key: SI value} -> Histories")
+    folders, cases = [as_path("doe_dir", path) for path in as_list(doe_dir)], as_list(case)
     _refuse_missing(folders, as_list(measured))
     options = _options(trainer, method, seed, allow_rank_deficient, more)
     _refuse_unassigned(folders, cases)
@@ -194,13 +196,15 @@ def train_and_invert(
             name = case_file(number)
             copy_case(shot.case, folder, name, "" if number == 1 else f"{Path(name).stem}/")
     asked = {"trainer": trainer, "method": method, "seed": seed, "allow_rank_deficient": allow_rank_deficient}
-    write_json(folder / OPTIONS_FILE, asked | _sources(folders, pairs) | {"extras": asdict(more)} | _filters(shots))
+    sources = _sources(folder, folders, pairs) | {"forward": None if forward is None else _called(forward)}
+    write_json(folder / OPTIONS_FILE, asked | sources | {"extras": asdict(more)} | _filters(shots))
     _write(folder, outcome, dataset, record)
     return outcome.inversion
 
 
 def _options(trainer: str, method: str, seed: int, allow_rank_deficient: bool, more: Extras) -> InversionOptions:
     """How to invert, as far as no case decides it; raises UserError."""
+    refuse_unknown(trainer, more.outputs)
     options = InversionOptions(
         trainer=trainer,
         method=method,
@@ -231,13 +235,15 @@ def _refuse_network_s(options: InversionOptions) -> None:
         )
 
 
-def _sources(folders: Sequence[Path], pairs: Sequence[tuple[Any, Any]]) -> dict[str, Any]:
-    """What an inversion was made of, as it was named: None for a record or a case that is no file."""
-
-    def named(one: Any) -> str | None:
-        return str(one) if isinstance(one, str | Path) else getattr(one, "path", None) or None
-
-    records, cases = [named(record) for record, _ in pairs], [named(case) for _, case in pairs]
+def _sources(out: Path, folders: Sequence[Path], pairs: Sequence[tuple[Measured, Any]]) -> dict[str, Any]:
+    """What an inversion was made of, as it was named: None for a record that is no file, and for cases where none was
+    given; a case that is no file is named by its copy in `out`."""
+    given = any(case is not None for _, case in pairs)
+    cases = [
+        str(case if isinstance(case, str | Path) else out / case_file(number)) if given else None
+        for number, (_, case) in enumerate(pairs, start=1)
+    ]
+    records = [record.path or None for record, _ in pairs]
     return {"campaigns": [str(folder) for folder in folders], "measured": records, "cases": cases}
 
 
@@ -252,6 +258,12 @@ def _filters(shots: Sequence[Shot]) -> dict[str, Any]:
     """Each shot's filter of the model, where they have one."""
     found = [asdict(shot.filter) for shot in shots if shot.filter is not None]
     return {"filters": found} if found else {}
+
+
+def _called(function: Any) -> str:
+    """Module and name of a function, or of the class of a callable."""
+    named = function if hasattr(function, "__qualname__") else type(function)
+    return f"{named.__module__}.{named.__qualname__}"
 
 
 def inverted(
@@ -307,11 +319,13 @@ def _refuse_values(more: Extras) -> None:
         refuse_not_whole("hidden", more.hidden, "None searches for it", least=1)
         if more.hidden > MOST_HIDDEN:
             raise UserError(f"hidden = {more.hidden} is above {MOST_HIDDEN}; None searches for it")
+    refuse_budget(more.refine)
     share = more.discrepancy
     if share is not None and (not isinstance(share, Real) or not 0.0 <= share <= 1.0):
         raise UserError(
             f"discrepancy = {share!r} is outside 0 .. 1: it is a share of each channel's peak (1 sigma), such as 0.02"
         )
+    refuse_other_kinds(more)
     _refuse_filters(more)
 
 

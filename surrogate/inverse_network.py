@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +37,13 @@ TRAINERS = {
     "br": bayesian_regularisation.train,
     "ensemble": ensemble.train,
 }
+
+
+def refuse_unknown(trainer: str, outputs: str = "bounded", trainers: Iterable[str] = TRAINERS) -> None:
+    """Raise UserError for a trainer or a kind of outputs that there is not; trainers: those to choose from."""
+    for name, given, known in (("outputs", outputs, OUTPUTS), ("trainer", trainer, trainers)):
+        if given not in tuple(known):
+            raise UserError(f'{name} = "{given}" is unknown; use one of: {", ".join(known)}')
 
 
 def usual_copies(trainer: str, outputs: str) -> int:
@@ -120,10 +127,7 @@ def fit_network(
     SI, the change of the inputs for one standard deviation of each. outputs: "bounded" or "linear".
     Raises UserError for an unknown trainer or kind of outputs, and for a search among fewer than 3 training runs.
     """
-    if outputs not in OUTPUTS:
-        raise UserError(f'outputs = "{outputs}" is unknown; use one of: {", ".join(OUTPUTS)}')
-    if trainer not in TRAINERS:
-        raise UserError(f'trainer = "{trainer}" is unknown; use one of: {", ".join(TRAINERS)}')
+    refuse_unknown(trainer, outputs)
     values, theta = sampled(dataset, times), dataset.parameters
     test = held_out(len(theta))
     train = np.setdiff1d(np.arange(len(theta)), test)

@@ -179,7 +179,7 @@ def command(
     The files of the examples are yours: strikeT01 is what OpenRadioss writes when it has run the deck; theirs.csv has
     a column for each sensor, by its name.
 
-    Example: birdstrike compare reference_strike --histories strikeT01 --deck strike.sensors.json --theirs OpenRadioss
+    Example: birdstrike compare reference_strike --histories strikeT01 --deck strike.radioss.sensors.json
 
     The deck: birdstrike export reference_strike --deck --to radioss --out strike_0000.rad
 

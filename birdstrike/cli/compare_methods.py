@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from birdstrike.cli.frame import Json, RetryFailed, framed, progress_bar, say
-from birdstrike.data.errors import UserError
+from birdstrike.data.arguments import as_path
+from birdstrike.data.errors import UserError, refuse_not_whole
 from birdstrike.data.formatting import key_labels
 from birdstrike.data.out_folder import fills_out
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from birdstrike.data.dataset import Dataset
     from birdstrike.inversion.identifiability.coverage import Coverage
     from birdstrike.inversion.method_comparison import KnownCase, MethodScore
+    from birdstrike.solver.case.case import Case
 
 SEED = 0
 """Of the noise on the records, of the truths and of the posteriors' draws; it stands in comparison.json."""
@@ -55,22 +57,50 @@ def command(
 def compare_methods(
     doe: str | Path,
     out: str | Path,
-    case: str | None = None,
+    case: str | Path | Case | None = None,
     truths: int = 200,
     solver_truths: int = 20,
     table: bool = True,
     retry_failed: bool = False,
 ) -> list[MethodScore]:
-    """Write comparison.json and comparison.md into `out` and return the rows of `inversion.method_comparison`.
+    """Run every method on records of known truth; write comparison.json and comparison.md into `out`.
 
-    case: the campaign's own by default; its own values are the truth. retry_failed: runs with a failure on record are
-    tried again. Raises UserError for a campaign of another case or without a displacement.
+    Parameters
+    ----------
+    doe : path
+        Folder of a finished campaign, whose solver makes and verifies the records.
+    out : path
+        Folder; simulations stay in `out/runs`.
+    case : path or Case, optional
+        The case, whose own values are the truth; the campaign's own by default.
+    truths, solver_truths : int
+        Truths, 0 or more, on which the coverage of the intervals is counted, their records made by the emulator and by
+        the solver (one simulation each); 0 leaves that part out.
+    table : bool
+        Whether all methods are run under 12 conditions (noise, points, channels).
+    retry_failed : bool
+        Whether runs with a failure on record are tried again.
+
+    Returns
+    -------
+    list of MethodScore
+        A row for each condition and method: errors of the parameters as shares of their ranges, of the curve over the
+        noise; none without `table`.
+
+    Raises
+    ------
+    UserError
+        For a campaign of another case or without a displacement, and where nothing is left to compare.
+    RunFailed
+        Where the truth or an answer cannot be simulated.
     """
     from birdstrike.inversion.method_comparison import score_methods
 
+    for option, count in (("--truths", truths), ("--solver-truths", solver_truths)):
+        refuse_not_whole(option, count, "0 leaves its part out", least=0)
     if not (table or truths or solver_truths):
         raise UserError("--no-table, --truths 0 and --solver-truths 0 leave nothing to compare; leave one of them out")
-    doe, out = Path(doe), Path(out)
+    doe, out = as_path("doe", doe), Path(out)
     bench, channels = _bench(doe, out, case, retry_failed)
     rows: list[MethodScore] = []
     found: dict[str, list[Coverage]] = {}
@@ -100,7 +130,9 @@ def _write(out: Path, bench: KnownCase, rows: Sequence[MethodScore], found: Mapp
     write_atomically(out / "comparison.md", markdown(rows, found))
 
 
-def _bench(doe: Path, out: Path, case: str | None, retry_failed: bool) -> tuple[KnownCase, tuple[str, ...]]:
+def _bench(
+    doe: Path, out: Path, case: str | Path | Case | None, retry_failed: bool
+) -> tuple[KnownCase, tuple[str, ...]]:
     """The campaign, its solver and the truth: the case's own values."""
     from birdstrike.data.store import RunStore
     from birdstrike.doe.campaign.results import load_dataset

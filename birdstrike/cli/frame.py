@@ -278,20 +278,10 @@ def refuse_other_picture(path: str | Path | None) -> None:
         raise UserError(f"--picture {path}: a picture ends in {', '.join(PICTURES)}, which tells its format")
 
 
-MOST_RUNS = 1000
-"""Of `--refine`."""
-
-
 def refinement_runs(text: str) -> int | str:
     """Runs that may be added; "auto" as it is. Raises UserError."""
-    from birdstrike.inversion.estimation.refinement import AUTO
+    from birdstrike.inversion.estimation.refinement import refuse_budget
 
-    if text == AUTO:
-        return text
-    if not text.isdecimal():
-        raise UserError(f'--refine = {text} must be a number of runs, 0 or more, or "{AUTO}"')
-    if int(text) > MOST_RUNS:
-        raise UserError(
-            f"--refine = {text} is more than {MOST_RUNS} runs near one answer; enlarge the campaign: run-doe --runs"
-        )
-    return int(text)
+    runs = int(text) if text.isdecimal() else text
+    refuse_budget(runs)
+    return runs

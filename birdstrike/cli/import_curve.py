@@ -13,6 +13,7 @@ import typer
 
 from birdstrike.cli.frame import Json, framed, refuse_other_picture, say
 from birdstrike.cli.next_steps import case_here, following
+from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import MeasuredError, UnitError, UserError
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def import_curve(
     *,
     time: str = "",
     units: Mapping[str, str] | None = None,
-    scales: Mapping[str, float] | None = None,
+    scales: Mapping[str, float | str] | None = None,
     shift: str = "",
     node: int | None = None,
     simulated: bool = False,
@@ -51,7 +52,8 @@ def import_curve(
 ) -> Measured:
     """Write a file of another program as a measured-data CSV, and return the record.
 
-    sensors: name in the case -> column ("" to find it); zero: the mean before the response is subtracted; sigma: sensor
+    sensors: name in the case -> column ("" to find it); scales: sensor -> factor, or text as --scale takes it, such as
+    "2.5 mm/V"; zero: the mean before the response is subtracted; sigma: sensor
     -> its noise with a unit, or "record" for the record's own; picture: a PNG, PDF or SVG of the record and how it is
     read; rate: of the samples, where the file has no clock, such as "200 kHz"; beside: a record of the same shot, whose
     channels are taken along; the others as in data.import_curve. Raises UserError.
@@ -60,20 +62,21 @@ def import_curve(
     from birdstrike.data.import_curve import ImportOptions, import_record
     from birdstrike.inversion.observations.raw import with_sigma, zeroed
 
-    if Path(out).exists() and Path(path).exists() and Path(out).samefile(path):
+    if as_path("out", out).exists() and as_path("path", path).exists() and Path(out).samefile(path):
         raise UserError(f"--out {out} is the file that is imported, and would be lost; choose another name")
     refuse_other_picture(picture)
+    factors, given, taken = factors_of(scales or {})
     options = ImportOptions(
         sensors=sensors,
         time=time,
-        units=units or {},
-        scales=scales or {},
+        units=given | _units_beside(units or {}, given, taken),
+        scales=factors,
         shift=shift,
         node=node,
         simulated=simulated,
         decimal=decimal,
         table=table,
-        per=per or {},
+        per=taken | dict(per or {}),
         rate=rate,
         stated=tuple(sigma or ()),
     )
@@ -156,20 +159,17 @@ def command(
     Example: birdstrike import shot.txt --sensor displacement_centre --unit mm --time-unit ms --out shot.csv
     """
     columns = _columns(sensor)
-    scales, units, per = factors_of(_of_sensors("--scale", scale, columns))
-    units |= _units_beside(_of_sensors("--unit", unit, columns), units, per)
-    units |= {"time": time_unit} if time_unit else {}
+    units = _of_sensors("--unit", unit, columns) | ({"time": time_unit} if time_unit else {})
     record = import_curve(
         file,
         out,
         columns,
         time=time,
         units=units,
-        scales=scales,
+        scales=_of_sensors("--scale", scale, columns),
         shift=shift,
         node=node,
         simulated=simulated,
-        per=per,
         decimal=decimal,
         table=table,
         zero=zero,
@@ -242,9 +242,9 @@ def _units_beside(stated: Mapping[str, str], given: Mapping[str, str], taken: Ma
     return {name: unit for name, unit in stated.items() if name not in taken}
 
 
-def factors_of(texts: Mapping[str, str]) -> tuple[dict[str, float], dict[str, str], dict[str, str]]:
+def factors_of(given: Mapping[str, float | str]) -> tuple[dict[str, float], dict[str, str], dict[str, str]]:
     """Sensor -> its factor, the unit that this gives, and the one that it takes, where it has units."""
-    found = {name: factor_of(text) for name, text in texts.items()}
+    found = {name: factor_of(str(one)) for name, one in given.items()}
     units = {name: given for name, (_, given, _) in found.items() if given}
     per = {name: taken for name, (_, _, taken) in found.items() if taken}
     return {name: number for name, (number, _, _) in found.items()}, units, per

@@ -9,6 +9,7 @@ import typer
 
 from birdstrike.cli.frame import Json, framed, say
 from birdstrike.cli.next_steps import following
+from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import UserError
 from birdstrike.data.paths import TEMPLATES
 
@@ -17,7 +18,7 @@ def new(name: str | Path) -> Path:
     """Write a commented case called `name` (.toml is added) and return its path; raises UserError over an old file."""
     from birdstrike.data.files import write_atomically
 
-    path = Path(name)
+    path = as_path("name", name)
     if not path.name.strip("."):
         raise UserError(f'"{name}" is no name for a case; write one such as my_shot')
     path = path if path.suffix == ".toml" else path.with_name(f"{path.name}.toml")

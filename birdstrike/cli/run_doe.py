@@ -39,12 +39,44 @@ def run_doe(
     progress: Callable[[RunCounts], None] = lambda _: None,
     say: Callable[[str], None] = warnings.warn,
 ) -> Dataset:
-    """Run the campaign, or what is left of it, and return the runs that finished (see doe.campaign).
+    """Run the campaign, or what is left of it, and return the runs that finished.
 
-    design: uniform, orthogonal, lhs, sobol, or a CSV file, of which all rows are run; more `runs` than the campaign in
-    `out` has are added to it. scheduler: address of a Dask scheduler; retry_failed: runs with a failure on record are
-    tried again. The workers are started afresh: a script that
-    calls this needs `if __name__ == "__main__":`.
+    The workers are started afresh: a script that calls this needs `if __name__ == "__main__":`.
+
+    Parameters
+    ----------
+    case : path, table or Case
+        What is varied and how far is its `inversion.parameters`.
+    out : path
+        Folder of the campaign; the same call resumes.
+    design : str or path
+        "uniform", "orthogonal", "lhs", "sobol", or a CSV file, of which all rows are run.
+    runs : int
+        At least 2; more than the campaign in `out` has are added to it.
+    seed : int
+        Of the design, 0 or more.
+    workers : int, optional
+        Runs at a time, one core each; all cores by default.
+    scheduler : str, optional
+        Address of a Dask scheduler, such as "tcp://host:8786".
+    retry_failed : bool
+        Whether runs with a failure on record are tried again.
+    progress : callable
+        Takes the RunCounts after each run.
+    say : callable
+        Takes what the user should know, one line at a time.
+
+    Returns
+    -------
+    Dataset
+        Of the r runs that finished: `parameters` (r, k) and `curves` {sensor: (r, n)}, SI, `time` (n,) [s].
+
+    Raises
+    ------
+    UserError
+        For a case, a design or a count that cannot be, and for a folder of another case or design.
+    RunFailed
+        Where no run finishes; else failed runs are left out by number.
     """
     from birdstrike.doe.campaign.campaign import run_campaign
     from birdstrike.doe.campaign.planned import planned_design

@@ -29,7 +29,32 @@ def simulate(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Histories:
-    """Simulate one shot of a case file, a shipped case's name or a loaded case (see solver.simulate)."""
+    """Simulate one shot of a case.
+
+    Parameters
+    ----------
+    case : path, table or Case
+        A case file, a shipped case's name, a table as TOML gives it, or a loaded case.
+    step_factor : float
+        On the stable time step, above 0; 0.5 is a safer retry.
+    threads : int, optional
+        Of this simulation; all cores by default. The bits do not depend on them.
+    progress : callable, optional
+        Takes the share of the simulated time that is done, 0..1.
+
+    Returns
+    -------
+    Histories
+        `time` (n,) [s] at every `time.output_interval`, `channels` {sensor: (n,) SI}, `units` {sensor: SI unit},
+        `summary` (counts, balances, warnings), and `snapshots` at `time.snapshots`.
+
+    Raises
+    ------
+    UserError
+        For a case that is wrong or whose geometry cannot be built, and for arguments that cannot be.
+    RunFailed
+        For a simulation that is unstable, unbalanced or not finite, or an external solver that fails.
+    """
     from birdstrike.doe.solvers import solver_for
     from birdstrike.solver.case.case import as_case
 

@@ -15,6 +15,7 @@ from rich.markup import escape
 from birdstrike.cli.close_the_loop import diagnosis_lines, stage_display
 from birdstrike.cli.frame import Json, Workers, errors, framed, say, warn
 from birdstrike.cli.next_steps import command_line
+from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.progress import Display, no_display
 
@@ -75,9 +76,9 @@ def start(
     """
     from birdstrike.questions.answers import Answers, read_answers
 
-    given = answers if isinstance(answers, Mapping) else read_answers(Path(answers))
+    given = answers if isinstance(answers, Mapping) else read_answers(as_path("answers", answers))
     asked = Answers(given)
-    begun = begin(asked, None if out is None else Path(out), say)
+    begun = begin(asked, None if out is None else as_path("out", out), say)
     _announce(begun, workers, say)
     return finish(begun, workers, display, say)
 

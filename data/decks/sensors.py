@@ -51,9 +51,10 @@ class DeckSensors:
         write_json(path, origin | {"sensors": sensors})
 
 
-def sensors_file(deck: Path) -> Path:
-    """Where the file of a deck stands: strike.k and strike_0000.rad have strike.sensors.json."""
-    return deck.with_name(deck.name.removesuffix(deck.suffix).removesuffix("_0000") + SUFFIX)
+def sensors_file(deck: Path, code: str) -> Path:
+    """Where the file of a deck for a code stands: strike.k has strike.lsdyna.sensors.json, strike_0000.rad
+    strike.radioss.sensors.json."""
+    return deck.with_name(f"{deck.name.removesuffix(deck.suffix).removesuffix('_0000')}.{code}{SUFFIX}")
 
 
 def read_deck_sensors(path: str | Path) -> DeckSensors:

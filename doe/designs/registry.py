@@ -5,6 +5,7 @@ A kind is added by a file of its own, which gives a DesignKind, and one line in 
 
 from __future__ import annotations
 
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +39,7 @@ def make_design(
     """
     chosen = KINDS.get(str(kind)) if isinstance(kind, str) else None
     if chosen is None:
-        if not Path(kind).is_file():
+        if not isinstance(kind, str | PathLike) or not Path(kind).is_file():
             raise UserError(f"--design = {kind} is neither a file nor one of {', '.join(KINDS)}")
         return file_design(kind, space)
     refuse_not_whole("--runs", runs, "a design needs at least two runs")

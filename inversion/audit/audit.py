@@ -12,8 +12,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from birdstrike.data.arguments import as_options, as_path
 from birdstrike.data.curves import read_measured
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import UserError, refuse_not_whole
 from birdstrike.data.files import write_json
 from birdstrike.data.formatting import many
 from birdstrike.data.out_folder import fills_out
@@ -32,7 +33,7 @@ from birdstrike.inversion.audit.records import (
 from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
 from birdstrike.inversion.audit.truth_runs import Layout, layouts, make_experiments, refuse_other_truths
-from birdstrike.inversion.diagnosis.diagnose import refuse_alpha
+from birdstrike.inversion.diagnosis.diagnose import refuse_choices
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
 from birdstrike.solver.case.case import Case, as_case, case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION, code_of
@@ -84,9 +85,9 @@ def audit(
         No experiment fits; no record of the case can be as asked; a case without truths to be made; a file of one
         cannot be read; `out` holds truths of another case or seed; a truth cannot be simulated.
     """
-    choice, place = options or DiagnosisOptions(), Path(out)
+    choice, place = as_options("options", options, DiagnosisOptions), Path(out)
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
-    refuse_alpha(choice.alpha)
+    refuse_choices(choice)
     _refuse_counts(make=make, make_forms=forms, draws=draws, channels=channels, shots=shots, most=most)
     if baselines not in (None, *BASELINES):
         raise UserError(f'--baselines "{baselines}" is unknown; available: {", ".join(BASELINES)}')
@@ -106,7 +107,7 @@ def audit(
             for count, other in ((make, False), (forms, True)):
                 if count:
                     make_experiments(declared, made, simulations.run, count, choice.seed, forms=other, wanted=wanted)
-    source = made if folder is None else Path(folder)
+    source = made if folder is None else as_path("folder", folder)
     found = [one for one in find_experiments(source) if _fits(_kind(one, baselines is not None), asked)]
     if not found:
         raise UserError(f"no experiment in {source} has {_in_words(asked)}")
@@ -144,8 +145,11 @@ def _refuse_counts(**counts: int | None) -> None:
     """Raise UserError for a count that is none, by the name of its option."""
     for name, count in counts.items():
         least = 0 if name.startswith("make") else 1
-        if count is not None and count < least:
-            remedy = "1 takes each record as it is" if name == "draws" else f"give {least} or more, or leave it out"
+        if count is None:
+            continue
+        remedy = "1 takes each record as it is" if name == "draws" else f"give {least} or more, or leave it out"
+        refuse_not_whole(f"--{name.replace('_', '-')}", count, remedy)
+        if count < least:
             raise UserError(f"--{name.replace('_', '-')} = {count} is below {least}; {remedy}")
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
 from threadpoolctl import threadpool_limits
 
+from birdstrike.data.arguments import as_list, as_names, as_options, as_path, refuse_other_kinds
 from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.formatting import quantity
@@ -16,6 +18,7 @@ from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations
+from birdstrike.doe.designs.registry import refuse_seed
 from birdstrike.inversion.conditions import case_of_each, parts_of_one_shot, same_structure
 from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
 from birdstrike.inversion.diagnosis.evidence import AUTO, birds_apart
@@ -53,9 +56,9 @@ def diagnose(
     heldout: RecordLike | None = None,
     options: DiagnosisOptions | None = None,
     retry_failed: bool = False,
-    baseline: Sequence[RecordLike] = (),
-    baseline_case: Sequence[CaseSource] = (),
-    channels: Sequence[str] = (),
+    baseline: RecordLike | Sequence[RecordLike] = (),
+    baseline_case: CaseSource | Sequence[CaseSource] = (),
+    channels: str | Sequence[str] = (),
     baseline_bird: str | None = None,
 ) -> Diagnosis:
     """Diagnose a record, or several shots of one rig; write `diagnosis.json`, curves and the case with the effect.
@@ -74,10 +77,10 @@ def diagnose(
         How to diagnose.
     retry_failed : bool
         Whether runs with a failure on record are tried again.
-    baseline, baseline_case : sequences of records and cases
+    baseline, baseline_case : record and case, or sequences of them
         Shots of the rig in which nothing is suspected (none: those that the first case names in
         `diagnosis.baselines`); a case for each in order, or none at all: they are of the first case.
-    channels : sequence of str
+    channels : str or sequence of str
         Channels of the records that are used, of each those that it has, all where none is named; of baselines and
         `heldout` the same.
     baseline_bird : {'auto', 'same', 'recipe', 'other'}, optional
@@ -89,14 +92,13 @@ def diagnose(
     UserError, RunFailed
         The input cannot be used; the simulations failed. A baseline that cannot serve is left out with a warning.
     """
-    choice, folder = options or DiagnosisOptions(), Path(out)
+    choice, folder, used = as_options("options", options, DiagnosisOptions), Path(out), as_names("channels", channels)
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
-    refuse_budget(choice.refine)
-    refuse_alpha(choice.alpha)
-    records = read_records(case, measured, heldout, baseline, baseline_case, channels)
+    refuse_choices(choice)
+    records = read_records(case, measured, heldout, baseline, baseline_case, used)
     shots, clean, other = records.shots, records.clean, records.heldout
     choice = replace(choice, baseline_bird=stated_bird(choice, shots[0].case, baseline_bird))
-    further = () if doe is None else (runs_of(Path(doe)),)
+    further = () if doe is None else (runs_of(as_path("doe", doe)),)
     folder.mkdir(parents=True, exist_ok=True)
     with (
         choice.counter() as shown,
@@ -109,8 +111,8 @@ def diagnose(
             own = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record) for one in shots)
             names = baseline_names(shots, clean)
             beside = {name: (one.record, setups[case_hash(one.case)]) for name, one in zip(names, clean, strict=True)}
-            used = tuple(dict.fromkeys(channel for shot in own for channel in shot.channels))
-            return Pipeline(own, read_baselines(beside, used), choice, simulations, (*lost, *records.warnings))
+            seen = tuple(dict.fromkeys(channel for shot in own for channel in shot.channels))
+            return Pipeline(own, read_baselines(beside, seen), choice, simulations, (*lost, *records.warnings))
 
         with choice.display("Runs near the fits") as progress:
             pipeline, refinement = refined(setups, prepared, simulations, choice, progress)
@@ -119,7 +121,7 @@ def diagnose(
     cases = dict(zip(case_files([one.name for one in shots]), (one.case for one in shots), strict=True))
     cases |= {baseline_file(one.name): one.case for one in clean}
     others = [*(one.record for one in clean), *([] if other is None else [other])]
-    told = asked(choice, clean, other, channels)
+    told = asked(choice, clean, other, used)
     return write(replace(found, record=described(shots, others), options=told), folder, cases)
 
 
@@ -142,9 +144,17 @@ def asked(
     }
 
 
+def refuse_choices(choice: DiagnosisOptions) -> None:
+    """Raise UserError for a choice that no diagnosis can be made with."""
+    refuse_budget(choice.refine)
+    refuse_alpha(choice.alpha)
+    refuse_seed(choice.seed)
+    refuse_other_kinds(choice)
+
+
 def refuse_alpha(alpha: float) -> None:
     """Raise UserError for a rate of false alarms that is none."""
-    if not 0.0 < alpha < 0.5:
+    if not isinstance(alpha, Real) or not 0.0 < alpha < 0.5:
         raise UserError(f"--alpha = {alpha} is not above 0 and below 0.5; 0.05 is usual")
 
 
@@ -180,9 +190,9 @@ def read_records(
     case: CaseSource | Sequence[CaseSource],
     measured: RecordLike | Sequence[RecordLike],
     heldout: RecordLike | None = None,
-    baseline: Sequence[RecordLike] = (),
-    baseline_case: Sequence[CaseSource] = (),
-    channels: Sequence[str] = (),
+    baseline: RecordLike | Sequence[RecordLike] = (),
+    baseline_case: CaseSource | Sequence[CaseSource] = (),
+    channels: str | Sequence[str] = (),
 ) -> Records:
     """All records of a diagnosis, see `diagnose`; raises UserError for what does not fit, before any simulation."""
     named = named_records(case, measured)
@@ -191,7 +201,7 @@ def read_records(
     other = None if heldout is None else as_measured(heldout)
     refuse(shots, other)
     other = None if other is None else other.only(tuple(shots[0].record.channels))
-    clean, warnings = clean_shots(shots, baseline, baseline_case)
+    clean, warnings = clean_shots(shots, as_list(baseline), as_list(baseline_case))
     refuse_twice(
         [
             *(("--measured", one.record) for one in shots),
@@ -207,8 +217,9 @@ def named_records(
     case: CaseSource | Sequence[CaseSource], measured: RecordLike | Sequence[RecordLike]
 ) -> list[NamedRecord]:
     """Every record with its case; raises UserError when their numbers do not fit."""
-    shots = [measured] if isinstance(measured, str | Path | Measured) else [*measured]
-    cases = [case] if isinstance(case, str | Path | Mapping | Case) else [*case]
+    shots, cases = as_list(measured), as_list(case)
+    if not shots or not cases:
+        raise UserError(f"{'the case' if shots else '--measured'} is missing: give one, or one for each shot")
     return matched([as_case(one) for one in cases], [as_measured(one) for one in shots])
 
 

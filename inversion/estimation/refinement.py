@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from numbers import Integral
 
 import numpy as np
 
@@ -20,6 +21,8 @@ from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.results.ingredients import RefinementFigures
 
 AUTO = "auto"
+MOST_RUNS = 1000
+"""More of them near one answer are not worth their cost: a larger campaign is."""
 AUTO_RUNS = 10
 """Budget of `auto`: the points of a quadratic in three parameters, enough for the small region of an answer."""
 PAYS = 0.2  # of an interval's variance: below it the interval is at most a tenth wider than with a perfect emulator
@@ -74,11 +77,15 @@ def refine(
 
 
 def refuse_budget(runs: int | str) -> None:
-    """Raise UserError for what is neither a number of runs nor `auto`."""
-    if runs == AUTO or (isinstance(runs, int) and runs >= 0):
+    """Raise UserError for what is neither a number of runs nor `auto`, and for more runs than pay."""
+    if runs == AUTO:
         return
-    what = f'"{runs}"' if isinstance(runs, str) else f"{runs} is below 0"
-    raise UserError(f'refine = {what}; give the number of runs that may be added, 0 or more, or "{AUTO}"')
+    if isinstance(runs, bool | str) or not isinstance(runs, Integral) or runs < 0:
+        raise UserError(f'--refine = {runs}; give the number of runs that may be added, 0 .. {MOST_RUNS}, or "{AUTO}"')
+    if runs > MOST_RUNS:
+        raise UserError(
+            f"--refine = {runs} is more than {MOST_RUNS} runs near one answer; enlarge the campaign: run-doe --runs"
+        )
 
 
 def _enough(located: Located, error: float, share: float, auto: bool) -> str:

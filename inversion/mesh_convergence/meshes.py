@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from numbers import Real
 from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError, refuse_not_whole
@@ -55,8 +56,9 @@ def choose_meshes(case: Case, ratio: float, count: int, place: str = "auto") -> 
     external solver, whose cost is not known. Raises UserError for a ratio or count outside its range, for a mesh that
     leaves the range of a case and for an external solver whose deck names no mesh.
     """
-    if not 1.1 <= ratio <= 2.0:
-        raise UserError(f"--ratio = {ratio:g} is outside 1.1 .. 2; 1.3 is the usual one")
+    if not isinstance(ratio, Real) or not 1.1 <= ratio <= 2.0:
+        said = f"{ratio:g}" if isinstance(ratio, Real) else repr(ratio)
+        raise UserError(f"--ratio = {said} is outside 1.1 .. 2; 1.3 is the usual one")
     refuse_not_whole("--meshes", count, "3 to 6 are possible; the index needs three")
     if not 3 <= count <= 6:
         raise UserError(f"--meshes = {count} is outside 3 .. 6; the index needs three")

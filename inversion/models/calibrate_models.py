@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, as_list, as_measured, only_channels, refuse_twice, shot_names
+from birdstrike.data.arguments import as_list, as_names, refuse_other_kinds
+from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, RunFailed, UserError, refuse_not_whole
 from birdstrike.data.files import plain as plain_json
 from birdstrike.data.formatting import listing
@@ -123,8 +124,8 @@ def calibrate_models(
         When no model has an answer.
     """
     folder = Path(out)
-    chosen = [_named_as_before(one, folder) for one in candidates(as_list(models))]
-    refuse_unknown(asked := as_list(optimisers))
+    chosen = [_named_as_before(one, folder) for one in candidates(as_names("models", models))]
+    refuse_unknown(asked := as_names("optimisers", optimisers))
     refuse_not_whole("--budget", budget, "an optimiser spends at least one simulation of each shot")
     if budget < 1:
         raise UserError(f"--budget = {budget} is below 1: an optimiser spends at least one simulation of each shot")
@@ -135,9 +136,10 @@ def calibrate_models(
             f"--runs = {runs} is outside {FEWEST_RUNS} .. {LARGEST}: an emulator of several constants needs at least "
             f"{FEWEST_RUNS}, a uniform design has at most {LARGEST}; 20 is usual"
         )
-    setups = _setups(as_list(case), as_list(measured), as_list(channels))
+    options = FitOptions(runs=runs, seed=seed, posterior=posterior, optimisers=asked, budget=budget)
+    refuse_other_kinds(options)
+    setups = _setups(as_list(case), as_list(measured), as_names("channels", channels))
     _refuse_what_does_not_fit(chosen, setups)
-    options = FitOptions(runs=runs, seed=seed, posterior=posterior, optimisers=tuple(asked), budget=budget)
     report, retry = progress or (lambda *_: None), retry_before(retry_failed)
     with LatePool(workers) as pool:
         each: list[ModelRuns] = []

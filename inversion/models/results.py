@@ -13,8 +13,8 @@ from pydantic import TypeAdapter
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.display import Displayed
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import file_in, read_json, withdraw, write_atomically, write_json
 from birdstrike.data.files import plain as plain_json
-from birdstrike.data.files import read_json, withdraw, write_atomically, write_json
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.labels import provenance
 from birdstrike.inversion.models.candidates import candidate
@@ -145,6 +145,14 @@ class ModelComparison(Displayed):
     warnings: tuple[str, ...] = ()
     simulated_shots: tuple[str, ...] = ()
 
+    @classmethod
+    def load(cls, path: str | Path) -> ModelComparison:
+        """From models.json or the folder of calibrate_models, without the models' `residuals`, which it does not keep.
+
+        Raises UserError for a file that is missing, damaged, of another version, or ranks no model.
+        """
+        return read_comparison(file_in(path, COMPARISON))
+
     @property
     def provenance(self) -> str:
         """Whether the records are measured, and of several which are simulated."""
@@ -239,16 +247,16 @@ def saved_answer(path: Path, fingerprint: str) -> ModelAnswer | None:
         return None
 
 
-def read_comparison(folder: Path, model: str = "") -> ModelComparison:
-    """From a folder's models.json, without residuals, which it does not keep.
+def read_comparison(place: Path, model: str = "") -> ModelComparison:
+    """From models.json or its folder, without residuals, which it does not keep.
 
     model: one that must be ranked. Raises UserError where there is no such file, no model is ranked, or not this one.
     """
-    path = folder / COMPARISON
+    path = place if place.name == COMPARISON else place / COMPARISON
     if not path.is_file():
         raise UserError(
-            f"no {COMPARISON} in {folder}; make it, or resume what was interrupted, with: birdstrike calibrate-models "
-            f"CASE --measured CSV --out {folder}"
+            f"no {COMPARISON} in {path.parent}; make it, or resume what was interrupted, with: birdstrike "
+            f"calibrate-models CASE --measured CSV --out {path.parent}"
         )
     try:
         tree = _JSON.validate_json(path.read_bytes())

@@ -12,16 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import beta
 
+from birdstrike.data.arguments import as_path
+from birdstrike.data.curves import read_histories
 from birdstrike.data.display import Displayed, draw_curves, own_axes, shown_channel
-from birdstrike.data.files import write_atomically, write_json
+from birdstrike.data.errors import UserError
+from birdstrike.data.files import file_in, read_json, write_atomically, write_json
 from birdstrike.data.formatting import plain, quantity, span
-from birdstrike.data.histories import Array
+from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.prediction.distance import Reach
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
+RESULT, TABLE = "prediction.json", "prediction.csv"
 QUANTILES = {"q025": 0.025, "q25": 0.25, "q50": 0.5, "q75": 0.75, "q975": 0.975}
 SETTLED_FROM = 0.85  # of the record: the residual deflection is taken from the rest
 
@@ -98,11 +102,35 @@ class Prediction(Displayed):
             "explanations": [asdict(one) for one in self.explanations],
         }
 
-    def save(self, folder: Path) -> None:
+    def save(self, folder: str | Path) -> None:
         """Write prediction.csv and, last, prediction.json."""
-        table = self.to_dataframe()
-        write_atomically(folder / "prediction.csv", table.to_csv(index=False, lineterminator="\n", float_format="%.9g"))
-        write_json(folder / "prediction.json", self.figures())
+        table, folder = self.to_dataframe(), as_path("folder", folder)
+        write_atomically(folder / TABLE, table.to_csv(index=False, lineterminator="\n", float_format="%.9g"))
+        write_json(folder / RESULT, self.figures())
+
+    @classmethod
+    def load(cls, path: str | Path) -> Prediction:
+        """From prediction.json or its folder, with the bands of prediction.csv beside it and without the draws.
+
+        Raises UserError for files that are missing, damaged or of another version.
+        """
+        file = file_in(path, RESULT)
+        told = read_json(file)
+        told.pop("schema_version", None)
+        try:
+            table = read_histories(file.with_name(TABLE))
+            told |= {
+                "reach": {name: Reach(**one) for name, one in told["reach"].items()},
+                "limits": {name: Limit(**one) for name, one in told["limits"].items()},
+                "explanations": tuple(AveragedExplanation(**one) for one in told["explanations"]),
+                "bands": {name: _band(table, name, one["unit"], told) for name, one in told["peaks"].items()},
+            }
+            values: dict[str, Any] = {name: tuple(one) if isinstance(one, list) else one for name, one in told.items()}
+            return cls(**values)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise UserError(
+                f"{file}, or {TABLE} beside it, is missing, damaged or of another version; repeat birdstrike predict"
+            ) from error
 
     def to_dataframe(self) -> pd.DataFrame:
         """A row an instant: time_s, then each column of histories.csv with the quantiles' suffixes."""
@@ -110,7 +138,7 @@ class Prediction(Displayed):
 
         time = next(iter(self.bands.values())).time
         columns = {
-            f"{f'{name}_{band.unit}'.rstrip('_')}_{suffix}": values
+            _column(name, band.unit, suffix): values
             for name, band in self.bands.items()
             for suffix, values in band.quantiles.items()
         }
@@ -146,6 +174,17 @@ class Prediction(Displayed):
     def draw(self) -> tuple[Any, ...]:
         """The first sensors."""
         return tuple(partial(self.plot, name) for name in list(self.bands)[:3])
+
+
+def _column(sensor: str, unit: str, suffix: str) -> str:
+    """Head of a quantile's column in prediction.csv."""
+    return f"{f'{sensor}_{unit}'.rstrip('_')}_{suffix}"
+
+
+def _band(table: Histories, sensor: str, unit: str, told: Mapping[str, Any]) -> Band:
+    """A sensor's band as prediction.csv has it; of the kinds only a displacement is known, which has a residual."""
+    kind = "displacement" if sensor in told["residual"] else ""
+    return Band(unit, kind, table.time, {key: table.channels[_column(sensor, unit, key)] for key in QUANTILES})
 
 
 def _scale(on: Axes, band: Band) -> float:

@@ -23,6 +23,7 @@ from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.sample import EFFECT
 
 SOURCES = ("parameters", "effect", "discrepancy", "mesh", "tolerances", "emulator")
+ROUNDING = 1e-12  # share of the variance up to which equal draws differ by their last digits alone
 WORTH = 0.1  # share of the variance from which on a remedy is given
 
 
@@ -38,7 +39,8 @@ def shares(draws: SensorDraws) -> dict[str, float]:
     """Shares of the variance of the largest reading."""
     found = variances(draws)
     whole = sum(found.values()) or 1.0
-    return {source: found[source] / whole for source in SOURCES}
+    parts = {source: found[source] / whole for source in SOURCES}
+    return {source: share if share > ROUNDING else 0.0 for source, share in parts.items()}
 
 
 def _total_variance(values: Array, groups: NDArray[np.int64], weights: Array) -> tuple[float, float]:

@@ -17,6 +17,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import CaseError, RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress
+from birdstrike.data.run_warnings import merged
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.plan import meshes
 from birdstrike.inversion.estimation.mesh_correction import fine_mesh, spread
@@ -52,7 +53,7 @@ class Campaign:
 
     case: on the campaign's mesh; points: the draws whose simulation finished; time: (m,) [s]; curves: sensor -> (n, m)
     SI; torn: (n,) whether shells were eroded; families: by bird model; finer: sensor -> (fine, m) SI, what the finer
-    mesh adds, empty where none was asked for; counts, failures: of the simulations.
+    mesh adds, empty where none was asked for; counts, failures: of the simulations; warnings: that they give.
     """
 
     case: Case
@@ -64,6 +65,7 @@ class Campaign:
     finer: Mapping[str, Array]
     counts: Mapping[str, int]
     failures: Mapping[str, str]
+    warnings: tuple[str, ...] = ()
 
     def emulated(self, sensor: str) -> bool:
         """Whether every family has an emulator of the sensor that may be used, and no simulation tore the plate."""
@@ -145,6 +147,7 @@ def run_campaign(
         finer=added,
         counts=counts,
         failures=failures,
+        warnings=merged([runs[f"draw {i}"].summary.get("warnings", []) for i in done]),
     )
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from birdstrike.data.arguments import as_names, as_options, as_path, refuse_other_kinds
 from birdstrike.data.errors import UnitError, UserError, refuse_not_whole
 from birdstrike.data.files import withdraw
 from birdstrike.data.out_folder import fills_out, model_of
@@ -65,8 +66,8 @@ class PredictOptions:
     budget: int = BUDGET
     seed: int = 0
     workers: int | None = None
-    leave_behind: Sequence[str] = ()
-    only: Sequence[str] = ()
+    leave_behind: str | Sequence[str] = ()
+    only: str | Sequence[str] = ()
     retry_failed: bool = False
     counter: Counter = uncounted
     progress: Progress = silent
@@ -101,10 +102,8 @@ def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: Pred
     RunFailed
         When too few simulations of the new case finish.
     """
-    choice, folder, new = options or PredictOptions(), Path(out), as_case(case)
-    refuse_seed(choice.seed)
-    refuse_not_whole("--budget", choice.budget, f"{BUDGET} is usual")
-    known = affordable(_only(read_learnt(Path(learnt)), choice.only), choice.budget)
+    choice, folder, new = _normalised(as_options("options", options, PredictOptions)), Path(out), as_case(case)
+    known = affordable(_only(read_learnt(as_path("learnt", learnt)), choice.only), choice.budget)
     limits = _limits(new, choice.limits or {})
     warnings = [*known.warnings, *refuse_other_sensors(known, new), *drawn_instead(known, new)]
     setting, simulated = prepared(new, known, folder, choice)
@@ -115,6 +114,15 @@ def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: Pred
     return found
 
 
+def _normalised(choice: PredictOptions) -> PredictOptions:
+    """The options with names as sequences of names; raises UserError for values of another kind."""
+    refuse_seed(choice.seed)
+    refuse_not_whole("--budget", choice.budget, f"{BUDGET} is usual")
+    refuse_other_kinds(choice)
+    left = as_names("leave_behind", choice.leave_behind)
+    return replace(choice, leave_behind=left, only=as_names("only", choice.only))
+
+
 def prepared(new: Case, known: Learnt, folder: Path, choice: PredictOptions) -> tuple[Setting, dict[str, int]]:
     """The simulations of the new case with what it takes to draw from them, and how many were paid and reused.
 
@@ -123,7 +131,7 @@ def prepared(new: Case, known: Learnt, folder: Path, choice: PredictOptions) -> 
     if not LEAST_BUDGET <= choice.budget <= DRAWS:
         raise UserError(f"--budget = {choice.budget} is outside {LEAST_BUDGET} .. {DRAWS}; {BUDGET} is usual")
     refuse_another_bird(known, new)
-    carried = carried_effects(known, new, choice.leave_behind)
+    carried = carried_effects(known, new, as_names("leave_behind", choice.leave_behind))
     tolerances = tolerances_of(new, choice.tolerances or {}, known)
     counts = shares_of(known.explanations, choice.budget, FEWEST)
     points = draw(known, carried, tolerances, counts, choice.seed)
@@ -144,9 +152,9 @@ def _alone(learnt: Learnt, label: str) -> str:
     return f" (less probable bird models are left out); {label} alone: --from {place}"
 
 
-def _only(learnt: Learnt, labels: Sequence[str]) -> Learnt:
+def _only(learnt: Learnt, labels: str | Sequence[str]) -> Learnt:
     """What was learnt, of some explanations alone; raises UserError for an unknown one."""
-    if not labels:
+    if not (labels := as_names("only", labels)):
         return learnt
     known = {one.label: one for one in learnt.explanations}
     unknown = [label for label in labels if label not in known]
@@ -225,7 +233,7 @@ def _assembled(
             "failed": dict(campaign.failures),
         },
         seed=setting.seed,
-        warnings=(*_warnings(setting, new), *warnings),
+        warnings=(*_warnings(setting, new), *warnings, *campaign.warnings),
         bands={name: Band(one.unit, one.kind, one.time, quantiles_of(one.values)) for name, one in draws.items()},
         draws=tops,
     )

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_json
+from birdstrike.data.files import file_in, write_json
 from birdstrike.inversion.labels import label_parts, provenance_of
 from birdstrike.inversion.results.estimates import ends_95
 from birdstrike.solver.case.case import Case
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
+RESULT = "diagnosis.json"
 NONE, SOMETHING_ELSE = "none", "something_else"
 """Models that are no effect, beside whose names those of effects stand."""
 NOT_EFFECTS = {NONE: "no effect", SOMETHING_ELSE: "something that no effect of the library describes"}
@@ -204,20 +205,24 @@ class Diagnosis(Displayed):
             "shots": [one.figures() for one in self.shots],
         }
 
-    def save(self, path: Path) -> None:
-        """Write diagnosis.json, whole or not at all."""
-        write_json(path, self.figures())
+    def save(self, path: str | Path) -> None:
+        """Write JSON, into diagnosis.json of a folder, whole or not at all."""
+        write_json(file_in(path, RESULT), self.figures())
 
     @classmethod
-    def read(cls, path: Path) -> Diagnosis:
-        """From diagnosis.json, without what has files of its own: curves, case and model.npz.
+    def load(cls, path: str | Path) -> Diagnosis:
+        """From diagnosis.json or its folder, without what has files of its own: curves, case and model.npz.
 
         Raises UserError for a file that is missing, damaged or of another version.
         """
+        file = file_in(path, RESULT)
         try:
-            return _DIAGNOSIS.validate_json(path.read_bytes())
+            return _DIAGNOSIS.validate_json(file.read_bytes())
         except (OSError, ValidationError) as error:
-            raise UserError(f"{path} is missing, damaged or of another version; {AGAIN}") from error
+            raise UserError(f"{file} is missing, damaged or of another version; {AGAIN}") from error
+
+    read = load
+    """The same, by the name that it had first."""
 
     @property
     def shown_shot(self) -> ShotStates:

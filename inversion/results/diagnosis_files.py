@@ -13,11 +13,10 @@ from birdstrike.data.curves import LONGEST
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import withdraw, write_atomically
 from birdstrike.data.tree import save_tree
-from birdstrike.inversion.results.diagnosis import AGAIN, ATTRIBUTED, Diagnosis
+from birdstrike.inversion.results.diagnosis import AGAIN, ATTRIBUTED, RESULT, Diagnosis
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.write import case_toml, copy_case, portable_table
 
-RESULT = "diagnosis.json"
 CASE = "case.toml"
 """As declared, of the first shot."""
 MODEL = "model.npz"

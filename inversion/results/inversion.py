@@ -14,7 +14,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from birdstrike.data.columns import read_columns
 from birdstrike.data.display import Displayed, own_axes
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_atomically
+from birdstrike.data.files import file_in, write_atomically
 from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.inversion.results.estimates import Answer, ends_95
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SCHEMA_VERSION = 1
+RESULT = "inversion.json"
 
 AGAIN = "repeat train-and-invert"
 """What to do about a damaged file of an inversion."""
@@ -76,19 +77,23 @@ class Inversion(Displayed):
     mesh_correction: tuple[MeshCorrectionFigures, ...] = ()
 
     def save(self, path: str | Path) -> None:
-        """Write JSON; what is not finite becomes null."""
+        """Write JSON, into inversion.json of a folder; what is not finite becomes null."""
         for answer in self.methods.values():
             for name, estimate in answer.parameters.items():
                 assert estimate.consistent, f"{name}: {estimate.value} lies outside {estimate.interval_95}"
-        write_atomically(Path(path), _ADAPTER.dump_json(self, indent=2, by_alias=True).decode() + "\n")
+        write_atomically(file_in(path, RESULT), _ADAPTER.dump_json(self, indent=2, by_alias=True).decode() + "\n")
 
     @classmethod
     def load(cls, path: str | Path) -> Inversion:
-        """Read what `save` wrote; raises UserError for a damaged file, or one of another version."""
+        """Read what `save` wrote, from the file or the folder of train_and_invert; raises UserError for one that is
+        missing, damaged or of another version."""
+        file = file_in(path, RESULT)
         try:
-            return _ADAPTER.validate_json(Path(path).read_bytes())
+            return _ADAPTER.validate_json(file.read_bytes())
+        except FileNotFoundError as error:
+            raise UserError(f"{file}: there is no such file; birdstrike train-and-invert writes it") from error
         except ValidationError as error:
-            raise UserError(f"{path} is damaged or of another version; {AGAIN}") from error
+            raise UserError(f"{file} is damaged or of another version; {AGAIN}") from error
 
     @property
     def best_answer(self) -> Answer:

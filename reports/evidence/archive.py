@@ -214,7 +214,7 @@ def _manifest(sources: Sources, entries: dict[str, bytes], versions: dict[str, s
         "verification_runs": {name: one.run for name, one in answer.methods.items()},
         "seed": answer.seed,
         "options": sources.options,
-        "repeat": ["birdstrike", *repeat_words(sources)],
+        "repeat": repeat_words(sources),
         "versions": versions,
         "machine": {"system": platform.platform(), "processor": platform.machine()},
         "warnings": [*answer.warnings],

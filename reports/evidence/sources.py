@@ -17,7 +17,7 @@ from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import case_file
-from birdstrike.reports.results.commands import invert_words, stored_options
+from birdstrike.reports.results.commands import invert_words, stored_options, verified_in_python
 from birdstrike.reports.results.parts import find_parts
 from birdstrike.solver.case.case import Case, case_from_table, raw_case
 
@@ -76,7 +76,12 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     held = parts.inversion / case_file(1)
     case = _case(options["cases"], held if held.is_file() else campaigns[0] / "case.toml", campaigns[0])
     report = next((page for page in (folder / "report.html", parts.inversion / "report.html") if page.is_file()), None)
-    points = [*told, *([] if report else [f"no report.html in {folder.name}: make it with birdstrike report"])]
+    unrepeated = no_command(options)
+    points = [
+        *told,
+        *([unrepeated] if unrepeated else []),
+        *([] if report else [f"no report.html in {folder.name}: make it with birdstrike report"]),
+    ]
     beside: tuple[Path, ...] = ()
     diagnosed = None if parts.diagnosis is None else Diagnosis.read(parts.diagnosis / "diagnosis.json")
     if diagnosed is None:
@@ -149,7 +154,8 @@ def _held(inversion: Path, number: int, named: Path) -> Path:
 def _case(named: Sequence[str | None], held: Path, campaign: Path) -> Case:
     """The first record's case, by its own name, which its file had, else the campaign says it."""
     first = next(iter(named), None)
-    own = Path(first).stem if first else read_json(campaign / "case.json").get("name", held.stem)
+    told = first and Path(first).name != case_file(1)  # a copy's name tells nothing
+    own = Path(first).stem if first and told else read_json(campaign / "case.json").get("name", held.stem)
     return case_from_table(raw_case(held), own)
 
 
@@ -218,8 +224,10 @@ def _found(record: str | Path | None) -> Path | None:
 
 
 def repeat_words(sources: Sources) -> list[str]:
-    """Arguments that repeat the calibration in the unpacked archive."""
-    return invert_words(
+    """The command that repeats the calibration in the unpacked archive, word by word; none where no command does."""
+    if verified_in_python(sources.options):
+        return []
+    words = invert_words(
         sources.options,
         [f"campaigns/{i}" for i in range(1, len(sources.campaigns) + 1)],
         [f"records/{record.name}" for record in sources.records],
@@ -227,8 +235,15 @@ def repeat_words(sources: Sources) -> list[str]:
         "mesh/convergence.csv",
         "again",
     )
+    return ["birdstrike", *words]
 
 
 def repeat_line(sources: Sources) -> str:
-    """The command itself."""
-    return shlex.join(["birdstrike", *repeat_words(sources)])
+    """The command itself, or a shell's comment that says why there is none."""
+    return shlex.join(repeat_words(sources)) or f"# {no_command(sources.options)}"
+
+
+def no_command(options: Mapping[str, Any]) -> str:
+    """Why no command repeats the calibration; empty where one does."""
+    why = verified_in_python(options)
+    return f"{why}: no command repeats it; keep that function with this archive" if why else ""

@@ -8,7 +8,7 @@ from birdstrike.data.files import read_json
 from birdstrike.data.formatting import quantity, span
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.labels import flight
-from birdstrike.reports.evidence.sources import Sources, repeat_line
+from birdstrike.reports.evidence.sources import Sources, no_command, repeat_line
 from birdstrike.reports.evidence.verification_rows import Aspect
 from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.case.effects import stated
@@ -34,12 +34,7 @@ def summary_page(
         "",
         "## To repeat it",
         "",
-        "In the folder where this archive is unpacked, with the versions below:",
-        "",
-        f"    {repeat_line(sources)}",
-        "",
-        "The numbers of again/inversion.json are then those of inversion/inversion.json; on another machine the last "
-        "digits may differ.",
+        *_again(sources),
         "",
         *(f"- {name}: {value}" for name, value in versions.items()),
         "",
@@ -57,6 +52,17 @@ def summary_page(
         "",
     ]
     return "\n".join(lines)
+
+
+def _again(sources: Sources) -> Iterator[str]:
+    """How the calibration is repeated, or why no command does it."""
+    if why := no_command(sources.options):
+        yield f"Not by a command: {why}. Versions of then:"
+        return
+    yield from ("In the folder where this archive is unpacked, with the versions below:", "")
+    yield from (f"    {repeat_line(sources)}", "")
+    yield "The numbers of again/inversion.json are then those of inversion/inversion.json; on another machine the last "
+    yield "digits may differ."
 
 
 def _answer(sources: Sources) -> Iterator[str]:

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from birdstrike.data.decks.sensors import DeckSensor, DeckSensors, read_deck_sensors, sensors_file
-from birdstrike.data.errors import UserError
+from birdstrike.data.decks.sensors import DeckSensor, DeckSensors, sensors_file
 from birdstrike.data.formatting import quantity
 from birdstrike.data.unit_systems import UnitSystem
 from birdstrike.inversion.labels import flight
@@ -23,7 +22,6 @@ from birdstrike.solver.case.effects import stated
 @dataclass(frozen=True)
 class WrittenDeck:
     """files: of the deck, the first to be given to the code; sensors: the file of its outputs; missing: sensors that
-
     another code does not record.
     """
 
@@ -36,14 +34,13 @@ class WrittenDeck:
 
 def write_deck(case: Case, path: Path, code: str, system: UnitSystem) -> WrittenDeck:
     """Write the deck of a case, for "lsdyna" or "radioss"; raises UserError for what their common keywords have not."""
-    _refuse_other_code(path, code)
     model = strike_model(case)
     head = tuple(_head(case, model, system))
     if code == "radioss":
         files = write_radioss_deck(path, model, system, head)
     else:
         files = (write_lsdyna_deck(path, model, system, head),)
-    beside = sensors_file(files[0])
+    beside = sensors_file(files[0], code)
     replace(outputs(model, code, system), case_hash=case_hash(case)).save(beside)
     bird = len(model.bird.cells) or len(model.bird.points)
     return WrittenDeck(
@@ -53,20 +50,6 @@ def write_deck(case: Case, path: Path, code: str, system: UnitSystem) -> Written
         len(model.nodes) + len(model.bird.points),
         sum(len(part.quads) for part in model.parts) + bird,
     )
-
-
-def _refuse_other_code(path: Path, code: str) -> None:
-    """Raise UserError where the sensors' file beside the deck is that of the other code's, which it would replace."""
-    beside = sensors_file(path)
-    try:
-        other = read_deck_sensors(beside).code
-    except UserError:  # none there, or a damaged one, which is written anew
-        return
-    if other != code:
-        raise UserError(
-            f"--out {path}: {beside} belongs to a deck for {other}, whose sensors in other units it names; give this "
-            f"deck a name of its own, such as --out {path.with_name(f'{code}_{path.name}')}"
-        )
 
 
 def _head(case: Case, model: StrikeModel, system: UnitSystem) -> Iterator[str]:

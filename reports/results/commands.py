@@ -51,6 +51,7 @@ def stored_options(inversion: Path, answer: Inversion) -> tuple[dict[str, Any], 
         "seed": answer.seed,
         "allow_rank_deficient": any(one.combination is not None for one in answer.methods.values()),
         "campaigns": [],
+        "forward": None,
         "measured": list(answer.records),
         "cases": [None] * len(answer.records),
         "extras": {"refine": len(answer.refinement.added) if answer.refinement is not None else 0},
@@ -118,11 +119,18 @@ def _inversion(results: Results) -> Command:
 
 def _unknown(options: Mapping[str, Any], several: bool) -> str:
     """Why no command can be given; "" where one can."""
+    if why := verified_in_python(options):
+        return why
     if not all(options["measured"]):
         return "a record was handed over in Python and had no file"
     if several and not all(options["cases"]):
         return "a case of one of its campaigns was handed over in Python and had no file"
     return ""
+
+
+def verified_in_python(options: Mapping[str, Any]) -> str:
+    """Says that a function stood in the solver's place, where one did: a command would ask the solver."""
+    return f"verified by a function in Python ({options['forward']})" if options.get("forward") else ""
 
 
 def diagnosis_command(folder: Path) -> Command:

@@ -8,11 +8,13 @@ import math
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr, ValidationError, field_validator
 
+from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.formatting import many, quantity, span
 from birdstrike.data.units import quantity_text
@@ -37,6 +39,7 @@ from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
 from birdstrike.solver.case.settings import DiagnosisSettings, InversionSettings, Prior, SolverSettings
 from birdstrike.solver.case.target import Target, parts_of_mesh, with_envelope
+from birdstrike.solver.case.write import copy_case
 from birdstrike.solver.effects.effect import SECTIONS
 from birdstrike.solver.effects.registry import EFFECTS, effect_named, kind_of
 from birdstrike.solver.fields import Section
@@ -127,9 +130,14 @@ class Case(Section):
 
     def with_values(self, values: Mapping[str, float]) -> Case:
         """The case with SI values under dotted keys, validated anew; raises CaseError."""
-        unknown = [f"{key} is no quantity of a case" for key in values if quantity_at(key) is None]
-        if unknown:
-            raise CaseError(unknown)
+        errors = [f"{key} is no quantity of a case" for key in values if quantity_at(key) is None]
+        errors += [
+            f"{key} = {value!r} is no number: give its value in SI; load_case(case, overrides) takes texts with units"
+            for key, value in values.items()
+            if not isinstance(value, Real)
+        ]
+        if errors:
+            raise CaseError(errors)
         return self.overlaid(_table(values))
 
     @property
@@ -145,6 +153,16 @@ class Case(Section):
     def overlaid(self, table: Raw) -> Case:
         """The case with a table, as TOML gives it, laid over its own, validated anew; raises CaseError."""
         return case_from_table(overlay(self._raw, table), self._name)
+
+    def save(self, path: str | Path) -> None:
+        """Write the case as one TOML file that load_case reads back to the same case, with its effects.
+
+        The files that it names (a deck, a mesh, baselines) go into a folder beside it that is named as the file is.
+        """
+        place = as_path("path", path)
+        if place.suffix != ".toml":
+            raise CaseError(f"path = {place}: a case is a TOML file; name it so, such as {place.name or 'case'}.toml")
+        copy_case(self, place.parent, place.name, f"{place.stem}/")
 
     def with_effects(self, magnitudes: Mapping[str, float]) -> Case:
         """The case with these magnitudes (SI) under `effects`, in place of those it states; raises CaseError."""

@@ -15,7 +15,7 @@ from pydantic_core import core_schema
 from birdstrike.data.errors import CaseError
 from birdstrike.data.units import UnitError, from_si, quantity_text, rounded, to_si
 from birdstrike.solver.case.overlay import Raw, by_place, overlay
-from birdstrike.solver.effects.effect import SECTIONS, Declared, Effect
+from birdstrike.solver.effects.effect import SECTIONS, Declared, Effect, failed
 from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 from birdstrike.solver.fields import checked, complaint, each_of
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS
@@ -213,8 +213,10 @@ def _with_one(effect: Effect, case: C, table: Raw, rebuild: Callable[[Raw], C], 
         changes = effect.change(case, size)
         changes = changes if case.target is None else case.target.changed(changes)
         changed = overlay(_spelt_out(table, changes), changes)
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        raise CaseError(f"its function `change` failed: {type(error).__name__}: {error}") from error
+    except CaseError:
+        raise
+    except Exception as error:  # whatever a function from outside may raise
+        raise CaseError(failed("change", effect.change, error)) from error
     beyond = [section for section in changes if section not in SECTIONS]
     if beyond:
         sections = f"{', '.join(SECTIONS[:-1])} and {SECTIONS[-1]}"

@@ -9,15 +9,26 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
+from numbers import Real
 from typing import Any, Protocol
 
-from birdstrike.data.errors import UnitError
+from birdstrike.data.errors import CaseError, UnitError, UserError
 from birdstrike.data.units import si_unit
 from birdstrike.solver.sensors.instrument import Instrument
 from birdstrike.solver.sensors.sensor import Sensor
+from birdstrike.solver.sources import defining_module
 
 SECTIONS = ("plate", "target", "bird", "impact", "sensors", "instrument", "solver")
 """Sections of a case that an effect may change; the others say what is recorded, sought or run elsewhere."""
+
+ANSWERS: dict[str, tuple[type | tuple[type, ...], str]] = {
+    "size": (Real, "a number, SI"),
+    "least": (Real, "a number, SI"),
+    "refuses": (str, "text"),
+    "places": ((tuple, list), "a tuple of names"),
+}
+"""Functions of an effect that ask a case -> what they return."""
 
 Table = Mapping[str, Any]
 
@@ -87,12 +98,50 @@ class Effect:
     alone: Callable[[str], Effect] | None = None
 
     def __post_init__(self) -> None:
-        """Raises UnitError for a unit in which a case could not state the magnitude."""
+        """Raises UnitError for a unit in which a case could not state the magnitude, UserError for what is no
+        function."""
         if si_unit(self.unit) != self.unit:
             raise UnitError(
                 f'effect "{self.name}": its unit "{self.unit}" is not SI; give the magnitude in "{si_unit(self.unit)}"'
             )
+        for own in ("change", *ANSWERS):
+            if not callable(given := getattr(self, own)):
+                always = f"; where it is always the same: {own}=lambda case: {given!r}" if own in ANSWERS else ""
+                said = f"its `{own}` is {given!r} and must be a function of the case"
+                raise UserError(f'effect "{self.name}": {said}{always}')
+        for own in ANSWERS:
+            object.__setattr__(self, own, _Asked(getattr(self, own), self.name, own))
 
     def one_sided(self, case: Declared) -> bool:
         """Whether only magnitudes above 0 make sense for the case."""
         return self.least(case) == 0.0
+
+
+class _Asked(partial[Any]):
+    """A function of an effect that asks a case; CaseError names effect, function and module where it fails."""
+
+    def __new__(cls, function: Callable[[Any], Any], *_: str) -> _Asked:
+        return super().__new__(cls, function)
+
+    def __init__(self, _function: Callable[[Any], Any], name: str = "", own: str = "size") -> None:
+        self.name, self.own = name, own
+
+    def __call__(self, case: Any) -> Any:
+        kind, wanted = ANSWERS[self.own]
+        try:
+            found = super().__call__(case)
+        except CaseError:
+            raise
+        except Exception as error:  # whatever a function from outside may raise
+            raise CaseError(f"effects.{self.name}: {failed(self.own, self, error)}") from error
+        if not isinstance(found, kind):
+            said = f"its function `{self.own}` returns {found!r}, which is not {wanted}"
+            raise CaseError(f"effects.{self.name}: {said}; correct it in {defining_module(self)}")
+        return found
+
+
+def failed(own: str, function: Callable[..., Any], error: Exception) -> str:
+    """Says that a function of an effect has failed, and where it is."""
+    where = defining_module(function)
+    remedy = f"; correct it in {where}" if where else ""
+    return f"its function `{own}` failed: {type(error).__name__}: {error}{remedy}"

@@ -18,7 +18,28 @@ from birdstrike.solver.sources import defining_module
 LIBRARY = (*PLATE, *IMPACT, *BIRD, *CONTACT, *INSTRUMENT)
 """In the order in which they act."""
 
-EFFECTS: Registry[Effect] = Registry(
+RESERVED = {"none": "the model without effects", "something_else": "what no effect of the library describes"}
+"""Names of an answer -> what it means by them."""
+
+
+class _Effects(Registry[Effect]):
+    """Of effects, whose names are keys of a case and labels of an answer."""
+
+    def fault(self, name: str, thing: Any, /) -> str:
+        """It must be an Effect with a name that a case can state and an answer can give."""
+        return super().fault(name, thing) or unfit_name(thing.name)
+
+
+def unfit_name(name: str) -> str:
+    """Why an effect cannot be called so; empty where it can."""
+    if name in RESERVED:
+        return f'an effect cannot be named "{name}", as an answer calls {RESERVED[name]}; rename it'
+    if not isinstance(name, str) or not name.isidentifier():
+        return f'"{name}" cannot be an effect\'s name; use letters, digits and _'
+    return ""
+
+
+EFFECTS = _Effects(
     "effect",
     "birdstrike.effects",
     {effect.name: effect for effect in LIBRARY},
@@ -40,10 +61,8 @@ def register(effect: Effect) -> Effect:
     """
     if not isinstance(effect, Effect):
         raise TypeError(f"{effect!r} is no effect; write register(Effect(name, meaning, unit, change, size))")
-    if effect.name == "none":
-        raise ValueError('an effect cannot be named "none", as an answer calls the model without effects; rename it')
-    if not effect.name.isidentifier():
-        raise ValueError(f'"{effect.name}" cannot be an effect\'s name; use letters, digits and _')
+    if reason := unfit_name(effect.name):
+        raise ValueError(reason)
     if effect.name in EFFECTS:
         raise ValueError(f'an effect named "{effect.name}" exists already')
     EFFECTS.own[effect.name] = (effect, defining_module(effect.change))

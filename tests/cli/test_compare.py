@@ -58,7 +58,7 @@ def test_a_curve_that_ends_early_and_a_force_of_the_other_sign_are_told(tmp_path
 def t01_of_a_deck(folder: Path) -> tuple[Path, Path]:
     """A deck of the demo rig, and a time history on its clock in which every node moves 10 % farther than ours."""
     export("demo_rig", folder / "rig_0000.rad", to="radioss", units="mm-ms-kg-GPa", deck=True, settings=SETTINGS)
-    deck = read_deck_sensors(folder / "rig.sensors.json")
+    deck = read_deck_sensors(folder / "rig.radioss.sensors.json")
     nodes = sorted({n for one in deck.sensors.values() if one.kind == "displacement" for n in one.numbers})
     milliseconds = 1e3 * (TIME - deck.begin)
     zero = np.zeros_like(TIME)
@@ -70,7 +70,7 @@ def t01_of_a_deck(folder: Path) -> tuple[Path, Path]:
         (("displacement sensors", dict.fromkeys(nodes, "w"), (1, 2, 3)), moved),
     ]
     write_t01(folder / "rigT01", milliseconds, np.zeros((len(TIME), 12)), groups)
-    return folder / "rigT01", folder / "rig.sensors.json"
+    return folder / "rigT01", folder / "rig.radioss.sensors.json"
 
 
 def test_a_time_history_of_the_deck_is_compared_sensor_by_sensor(tmp_path: Path) -> None:

@@ -10,8 +10,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
+from birdstrike.cli.import_curve import import_curve
 from birdstrike.data.curves import read_measured
-from birdstrike.data.errors import MeasuredError
+from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.inversion.diagnosis.diagnose import read_records
 from birdstrike.inversion.observations.noise import FEWEST_FOR_LEVEL
 from tests.inversion.stand_in import pulse, truth
@@ -52,6 +53,19 @@ def test_volts_come_in_with_what_they_stand_for(tmp_path: Path) -> None:
     assert found.exit_code == 1
     assert '"CH1" is in V' in found.output
     assert '--scale displacement_centre="2.5 mm/V"' in found.output
+
+
+def test_a_script_states_a_factor_as_the_command_does(tmp_path: Path) -> None:
+    source, sensors = export(tmp_path / "a.csv", head="CH1 [V]"), {CENTRE: "CH1"}
+    records = [import_curve(source, tmp_path / "o.csv", sensors, scales={CENTRE: "2 mm/V"})]
+    records.append(
+        import_curve(source, tmp_path / "o.csv", sensors, scales={CENTRE: 2.0}, units={CENTRE: "mm"}, per={CENTRE: "V"})
+    )
+    assert records[0].channels[CENTRE] == pytest.approx(records[1].channels[CENTRE])
+    with pytest.raises(UserError, match="--scale twice is not a number"):
+        import_curve(source, tmp_path / "o.csv", sensors, scales={CENTRE: "twice"})
+    with pytest.raises(UserError, match="--unit displacement_centre=mm: its --scale takes a column in V"):
+        import_curve(source, tmp_path / "o.csv", sensors, scales={CENTRE: "2 mm/V"}, units={CENTRE: "mm"})
 
 
 @pytest.mark.parametrize("scale", ["0", "0.0", "nan", "0 mm/V", "one"])

@@ -226,4 +226,4 @@ def test_a_raw_export_in_place_of_a_record_names_the_import_that_makes_one(loop:
 def test_refine_takes_a_number_or_auto(loop: Path) -> None:
     found = invoke(*(loop / "doe", "--measured", loop / "record.csv", "--out", loop / "refused", "--refine", "often"))
     assert found.exit_code == 1
-    assert '--refine = often must be a number of runs, 0 or more, or "auto"' in found.output
+    assert '--refine = often; give the number of runs that may be added, 0 .. 1000, or "auto"' in found.output

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -283,6 +284,31 @@ def test_own_forward_model_takes_the_solvers_place(doe: Path, measured: Path, tm
     assert len(seen) == 2
     assert found.methods["emulator"].run is None
     assert not (tmp_path / "runs").exists()
+
+
+def stored(out: Path) -> dict[str, Any]:
+    return json.loads((out / "options.json").read_text(encoding="utf-8"))
+
+
+def test_what_python_hands_over_can_be_asked_for_again(doe: Path, measured: Path, tmp_path: Path) -> None:
+    """One channel was stored letter by letter, a case as none, a function in the solver's place not at all."""
+    out, case = tmp_path / "out", load_case(doe / "case.toml")
+    other = case.overlaid({"inversion": {"nuisance": {"speed": "1 m/s"}}})
+    options = replace(PLAIN, channels=CHANNEL)
+    train_and_invert(doe, measured, out, method="emulator", case=other, forward=own_model, extras=options)
+    told = stored(out)
+    assert told["extras"]["channels"] == [CHANNEL]
+    assert told["cases"] == [str(out / "case.toml")]
+    assert load_case(told["cases"][0]).inversion == other.inversion
+    assert told["forward"] == f"{__name__}.own_model"
+    train_and_invert(doe, measured, out, method="emulator", extras=PLAIN)
+    assert (stored(out)["cases"], stored(out)["forward"]) == ([None], None)
+    train_and_invert(doe, measured, out, method="emulator", case=str(doe / "case.toml"), extras=PLAIN)
+    assert stored(out)["cases"] == [str(doe / "case.toml")]
+
+
+def own_model(theta: Mapping[str, float]) -> Histories:
+    return small_campaign.strike(load_case("reference_strike").with_values(theta))
 
 
 def test_several_campaigns_need_a_case_for_each_record(doe: Path, measured: Path, tmp_path: Path) -> None:

@@ -156,3 +156,22 @@ def test_the_sources_of_an_effect_are_those_below_its_partials_and_wrappers(engi
             assert EFFECTS.sources(["own"]) == {"effect own": engine}
         finally:
             unregister("own")
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("none", 'cannot be named "none", as an answer calls the model without effects'),
+        ("something_else", "as an answer calls what no effect of the library describes"),
+        ("a.b", '"a.b" cannot be an effect\'s name; use letters, digits and _'),
+    ],
+)
+def test_an_installed_effect_has_a_name_that_register_would_accept(
+    monkeypatch: pytest.MonkeyPatch, name: str, why: str
+) -> None:
+    monkeypatch.setattr(f"{__name__}.CURRENT", Effect(name, "of a package", "", lambda *_: {}, lambda _: 1.0))
+    entries = [EntryPoint("n", f"{__name__}:CURRENT", "birdstrike.effects")]
+    monkeypatch.setattr("birdstrike.solver.registry.entry_points", lambda **_: entries)
+    installed = type(EFFECTS)(EFFECTS.what, EFFECTS.group, {}, EFFECTS.base, EFFECTS.name_of, EFFECTS.code_of)
+    with pytest.raises(UserError, match=rf"of the installed package {__name__} cannot be used: .*{why}"):
+        list(installed)

@@ -14,7 +14,7 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
-from birdstrike.inversion.models.results import read_comparison
+from birdstrike.inversion.models.results import ModelComparison, read_comparison
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.prediction.from_models import read_models
 from birdstrike.inversion.prediction.predict import PredictOptions, predict
@@ -105,6 +105,7 @@ def test_what_a_model_that_misses_doubts_does_not_double_the_warning_of_one_that
     content |= {"models": {"murnaghan": used, "null": missing}, "warnings": []}
     (copy / "models.json").write_text(json.dumps(content), encoding="utf-8")
     found = read_comparison(copy)
+    assert found == ModelComparison.load(str(copy)) == ModelComparison.load(copy / "models.json")
     content["warnings"] = list(summarised(warnings_of(found.models, found.ranking)))
     (copy / "models.json").write_text(json.dumps(content), encoding="utf-8")
     assert read_models(copy).warnings == (f"beside the runs of murnaghan: {late}",)

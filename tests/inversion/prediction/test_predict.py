@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +15,15 @@ from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import plain
+from birdstrike.data.histories import Histories
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.prediction.answer import Prediction
 from birdstrike.inversion.prediction.from_inversion import CALIBRATED, read_inversion
 from birdstrike.inversion.prediction.predict import PredictOptions, predict
 from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.case.write import case_toml
-from tests.inversion.diagnosis.rig import tiny
+from tests.inversion.diagnosis.rig import as_solver, tiny
 from tests.inversion.prediction import formula
 
 FASTER = 95.0  # m/s
@@ -58,6 +61,35 @@ def test_the_true_deflection_at_another_speed_lies_in_the_95_percent_band(found:
     peak = found.peaks["displacement_centre"]
     assert peak["q025"] < formula.largest(formula.VISCOSITY, FASTER) < peak["q975"]
     assert width(found) < 0.2 * formula.PEAK
+
+
+def test_a_prediction_is_read_back_from_its_folder(learnt: Path, tmp_path: Path) -> None:
+    made = predicted(learnt, tmp_path / "out", limits={"displacement_centre": "4 mm"})
+    for place in (tmp_path / "out", str(tmp_path / "out" / "prediction.json")):
+        again = Prediction.load(place)
+        assert plain(again.figures()) == plain(made.figures())
+        pd.testing.assert_frame_equal(again.to_dataframe(), made.to_dataframe(), rtol=1e-8)
+        assert again.bands["displacement_side"].kind == "displacement"
+    (tmp_path / "out" / "prediction.csv").unlink()
+    with pytest.raises(UserError, match=r"prediction.json, or prediction.csv beside it, is missing, damaged"):
+        Prediction.load(tmp_path / "out")
+
+
+def test_what_the_simulations_warn_of_is_told(learnt: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """simulate and run-doe say that particles are too coarse; prediction.json was silent."""
+
+    def coarse(case: Case) -> Histories:
+        found = formula.strike(case)
+        return replace(found, summary={**found.summary, "warnings": ["300 particles are too coarse"]})
+
+    with formula.formula_for_solver():
+        monkeypatch.setattr("birdstrike.doe.campaign.simulations.simulate", as_solver(coarse))
+        made = predict(at(FASTER), learnt, tmp_path / "out", PredictOptions(budget=16, workers=1))
+    assert made.warnings[-1] == "300 particles are too coarse (16 of 16 simulations)"
+
+
+def test_shares_that_are_rounding_alone_are_0(found: Prediction) -> None:
+    assert all(share == 0.0 or share > 1e-12 for one in found.sources.values() for share in one.values())
 
 
 def test_what_lies_outside_the_learnt_range_stands_first(learnt: Path, found: Prediction, tmp_path: Path) -> None:

@@ -42,7 +42,12 @@ def test_a_plot_of_a_channel_that_is_not_there_names_those_that_are(loop: Path) 
 
 def test_an_inversion_is_read_from_a_name_as_from_a_path(loop: Path) -> None:
     path = loop / "inversion" / "inversion.json"
-    assert repr(Inversion.load(str(path))) == repr(Inversion.load(path))
+    assert repr(Inversion.load(str(path))) == repr(Inversion.load(path)) == repr(Inversion.load(path.parent))
+    for wrong in (loop / "inversion" / "nope.json", loop / "doe"):
+        with pytest.raises(UserError, match="there is no such file; birdstrike train-and-invert writes it"):
+            Inversion.load(wrong)
+    with pytest.raises(UserError, match="path = 3 is no path"):
+        Inversion.load(3)  # pyright: ignore[reportArgumentType]
 
 
 def test_a_plot_is_in_engineers_units_on_the_axes_given() -> None:

@@ -17,7 +17,6 @@ from birdstrike.data.decks.sensors import read_deck_sensors
 from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import unit_system
 from birdstrike.inversion.results.diagnosis import ShotStates
-from birdstrike.reports.export.deck import write_deck
 from birdstrike.reports.export.effects import effect_lines, read_effects
 from birdstrike.reports.export.fixed_columns import number
 from birdstrike.reports.export.lsdyna_materials import metal_lines
@@ -202,7 +201,7 @@ def test_an_assembly_has_its_parts_and_a_contact_for_each_thickness(tmp_path: Pa
     cards = lsdyna("openradioss_panel", "mm-s-t-MPa", tmp_path, **settings)
     law = cards["*MAT_SIMPLIFIED_JOHNSON_COOK"][0]
     assert [law.a, law.b, law.n, law.c] == pytest.approx([350.0, 426.0, 0.34, 0.0])
-    sensors = read_deck_sensors(tmp_path / "strike.sensors.json").sensors
+    sensors = read_deck_sensors(tmp_path / "strike.radioss.sensors.json").sensors
     at = {int(n): x for n, x in zip(*nodes_of(deck), strict=True)}
     x60 = sensors["w_x60"]
     place = sum(w * at[n] for n, w in zip(x60.numbers, x60.weights, strict=True))
@@ -340,16 +339,17 @@ def test_command_names_the_files_and_what_comes_next(tmp_path: Path) -> None:
     assert "birdstrike compare demo_rig" in " ".join(found.stdout.split())
 
 
-def test_a_deck_does_not_replace_the_sensors_of_the_other_codes(tmp_path: Path) -> None:
-    """Both would be shot.sensors.json, in other units: the first deck would be compared by the second's."""
-    case, system = load_case("demo_rig", SMALL), unit_system("mm-ms-kg-GPa")
-    write_deck(case, tmp_path / "shot_0000.rad", "radioss", system)
-    before = (tmp_path / "shot.sensors.json").read_bytes()
-    with pytest.raises(UserError, match=r"belongs to a deck for radioss, .* such as --out .*lsdyna_shot\.k"):
-        write_deck(case, tmp_path / "shot.k", "lsdyna", system)
-    assert (tmp_path / "shot.sensors.json").read_bytes() == before
-    assert not (tmp_path / "shot.k").exists()
-    write_deck(case, tmp_path / "shot_0000.rad", "radioss", unit_system("mm-s-t-MPa"))
+def test_decks_of_one_case_for_both_codes_lie_in_one_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By their default names, each with the sensors' file of its own code and units."""
+    monkeypatch.chdir(tmp_path)
+    settings = [word for key, value in SMALL.items() for word in ("--set", f"{key}={value}")]
+    for to, units in (("lsdyna", "mm-s-t-MPa"), ("radioss", "mm-ms-kg-GPa")):
+        found = CliRunner().invoke(app, ["export", "demo_rig", "--deck", "--to", to, "--units", units, *settings])
+        assert found.exit_code == 0, found.output
+        sensors = read_deck_sensors(tmp_path / f"demo_rig.{to}.sensors.json")
+        assert (sensors.code, sensors.units) == (to, units)
+    decks = {"demo_rig.k", "demo_rig_0000.rad", "demo_rig_0001.rad"}
+    assert {path.name for path in tmp_path.iterdir() if not path.name.endswith(".sensors.json")} == decks
 
 
 @pytest.mark.parametrize("value", [1.0 / 3.0, -1.0 / 3e7, 71e9, 0.1, -45.55, 123456.789, 1e-20, 0.0])

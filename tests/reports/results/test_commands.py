@@ -14,7 +14,10 @@ from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
+from birdstrike.inversion.diagnosis import diagnose
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
 from birdstrike.inversion.train_and_invert import Extras
+from birdstrike.reports.evidence.sources import find_sources, repeat_line, repeat_words
 from birdstrike.reports.results.commands import commands
 from birdstrike.reports.results.reading import read_results
 from tests.reports.html import Page
@@ -97,6 +100,37 @@ def test_what_cannot_be_repeated_is_said(loop: Path) -> None:
     assert "no command repeats the inversion: a record was handed over" in commands(read_results(loop))[1].line
     path.unlink()
     assert "what it does not tell is at its default" in commands(read_results(loop))[1].line
+
+
+def test_an_answer_that_a_function_in_python_verified_has_no_command(loop: Path) -> None:
+    """A plain command would verify with birdstrike's solver, and get another answer."""
+    path = loop / "inversion" / "options.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"forward": "my_lab.model"}))
+    line = commands(read_results(loop))[1].line
+    assert line == "no command repeats the inversion: verified by a function in Python (my_lab.model)"
+    sources = find_sources(loop)
+    told = (
+        "verified by a function in Python (my_lab.model): no command repeats it; keep that function with this archive"
+    )
+    assert told in sources.open_points
+    assert (repeat_words(sources), repeat_line(sources)) == ([], f"# {told}")
+
+
+def test_a_diagnosis_of_one_channel_that_was_given_as_text_is_asked_for_again(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """It was stored letter by letter."""
+    given: list[Any] = []
+
+    def read(*positional: Any) -> None:
+        given.append(positional[-1])
+        raise UserError("taken")
+
+    monkeypatch.setattr(diagnose, "read_records", read)
+    with pytest.raises(UserError, match="taken"):
+        diagnose.diagnose("demo", "table7_group5", tmp_path / "out", channels="displacement_centre")
+    told = diagnose.asked(DiagnosisOptions(), [], None, given[0])
+    assert told["channels"] == ["displacement_centre"]
 
 
 def test_the_page_gives_the_commands(finished: Path, page: Path) -> None:

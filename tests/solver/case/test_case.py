@@ -328,6 +328,19 @@ def test_a_copied_case_takes_its_baselines_along(tmp_path: Path) -> None:
     assert str(tmp_path) not in (tmp_path / "moved" / "case.toml").read_text()
 
 
+def test_a_saved_case_is_read_back_as_the_same_case(tmp_path: Path) -> None:
+    """With its effects, overrides and files, which lie in a folder of its own beside it."""
+    (tmp_path / "clean.csv").write_text("clean")
+    (tmp_path / "shot.toml").write_text('extends = "reference_strike"\n[diagnosis]\nbaselines = ["clean.csv"]\n')
+    case = load_case(tmp_path / "shot.toml").with_values({"impact.speed": 90.0}).with_effects({"plate_thickness": 1e-4})
+    case.save(str(tmp_path / "out" / "thin.toml"))
+    again = load_case(tmp_path / "out" / "thin.toml")
+    assert case_hash(again) == case_hash(case)
+    assert (again.table["effects"], again.name) == (case.table["effects"], "thin")
+    assert again.inversion == case.inversion
+    assert (tmp_path / "out" / "thin" / "baselines" / "clean.csv").read_text() == "clean"
+
+
 def test_cases_of_several_shots_in_one_folder_keep_their_own_files(tmp_path: Path) -> None:
     """Two baselines of one name, one a case: neither case takes the other's."""
     names = {"case.toml": "", "diagnosis_fast.toml": "diagnosis_fast/"}

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from copy import deepcopy
+from typing import Any
 
 import pytest
 
-from birdstrike.data.errors import CaseError, UnitError
+from birdstrike.data.errors import CaseError, UnitError, UserError
 from birdstrike.effects import Effect, register, unregister
+from birdstrike.inversion.diagnosis.plan import library
 from birdstrike.solver.case.case import Case, case_hash, load_case
 
 CASE = load_case("virtual_strike")
@@ -73,3 +76,54 @@ def test_what_is_no_effect_and_a_name_of_an_answer_are_refused_with_what_to_do()
         register(3)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ValueError, match='cannot be named "none", as an answer calls the model without effects'):
         register(Effect("none", "something of one's own", "", lambda *_: {}, lambda _: 1.0))
+
+
+@pytest.mark.parametrize("error", [AssertionError("no"), RuntimeError("no"), OSError("no"), StopIteration("no")])
+def test_whatever_an_effect_of_ones_own_raises_is_an_error_of_the_case(
+    own: Callable[[Change], None], error: Exception
+) -> None:
+    def change(_: Case, __: float) -> dict[str, object]:
+        raise error
+
+    own(change)
+    said = rf"effects\.own = .* `change` failed: {type(error).__name__}: no; correct it in {__name__}"
+    with pytest.raises(CaseError, match=said):
+        CASE.with_effects({"own": 0.1})
+
+
+@pytest.mark.parametrize("name", ["size", "least", "refuses", "places"])
+def test_what_is_no_function_of_the_case_is_refused_where_the_effect_is_written(name: str) -> None:
+    given: dict[str, Any] = {"size": lambda _: 1.0, name: 1.0}
+    said = rf'effect "own": its `{name}` is 1.0 and must be a function of the case; .*{name}=lambda case: 1.0'
+    with pytest.raises(UserError, match=said):
+        Effect("own", "something of one's own", "", lambda *_: {}, **given)
+    with pytest.raises(UserError, match="its `change` is None and must be a function"):
+        Effect("own", "something of one's own", "", None, lambda _: 1.0)  # pyright: ignore[reportArgumentType]
+
+
+def broken(_: object) -> Any:
+    raise RuntimeError("no")
+
+
+@pytest.mark.parametrize("name", ["size", "least", "refuses"])
+@pytest.mark.parametrize(
+    ("function", "said"),
+    [(broken, f"failed: RuntimeError: no; correct it in {__name__}"), (lambda _: b"1 mm", "returns b'1 mm', which is")],
+)
+def test_a_function_that_fails_or_returns_something_else_is_named(
+    name: str, function: Callable[[object], Any], said: str
+) -> None:
+    given: dict[str, Any] = {"size": lambda _: 1.0, name: function}
+    register(Effect("own", "something of one's own", "", lambda *_: {}, **given))
+    try:
+        with pytest.raises(CaseError, match=rf"effects\.own: its function `{name}` {said}"):
+            library(CASE, CASE)
+    finally:
+        unregister("own")
+
+
+def test_an_effect_can_be_copied() -> None:
+    own = Effect("own", "something of one's own", "", lambda *_: {}, lambda _: 2.0, least=broken)
+    assert deepcopy(own).size(CASE) == 2.0
+    with pytest.raises(CaseError, match=r"effects\.own: its function `least` failed"):
+        deepcopy(own).least(CASE)
