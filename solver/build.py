@@ -64,7 +64,7 @@ def rest_mesh(case: Case) -> ShellMesh:
     """The shells that a bird can hit, at rest."""
     if case.target is None:
         return mesh_of(case.plate)
-    return shells_of(case.target.source.mesh())
+    return shells_of(case.target.source.mesh(), case.target.metals)
 
 
 def mesh_of(plate: PlateOfCase) -> ShellMesh:

@@ -208,7 +208,7 @@ class Contact:
         sheet = self.sheets[int(np.argmax(depth))]
         particle = int(np.argmax(sheet.gap[sheet.facet] - sheet.foot[:, 2]))
         facet = sheet.sheet.facets[sheet.facet[particle]]
-        return next(name for name, facets in plate.mesh.parts.items() if facet in facets)
+        return plate.mesh.part_of(int(facet))
 
     def search(self, bird: BirdBody, plate: Target) -> None:
         """Nearest facets anew."""

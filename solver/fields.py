@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
@@ -254,3 +254,23 @@ class WordOr:
 
         written = core_schema.plain_serializer_function_ser_schema(plain)
         return core_schema.no_info_wrap_validator_function(validate, handler(self.table), serialization=written)
+
+
+def si_in(section: type[Section], raw: Mapping[str, Any], key: str) -> float | None:
+    """SI value under a key of a table as read; None where it is absent or is itself an error, reported elsewhere."""
+    field = section.model_fields[key]
+    optional = (mark for part in get_args(field.annotation) for mark in getattr(part, "__metadata__", ()))
+    mark = next(mark for mark in (*field.metadata, *optional) if isinstance(mark, Between))
+    return mark.valid(raw.get(key))
+
+
+def does_nothing_alone(
+    raw: Mapping[str, Any], prefix: str, key: str, users: Sequence[str], joined: str = " or "
+) -> Iterator[str]:
+    """One line for a key of a table as read that only `users` make use of, where none of them is given.
+
+    joined: " and " where all of them are needed.
+    """
+    if key in raw and not any(user in raw for user in users):
+        needed = joined.join(users)
+        yield f"{prefix}.{key} = {raw[key]} does nothing alone; give {prefix}.{needed} too, or leave it out"

@@ -39,6 +39,7 @@ def setup_warnings(case: Case) -> list[str]:
         *doubtful_shells(case),
         *edge_on(case),
         *long_rivets(case),
+        *sunk_sheets(case),
         *loose_ties(case),
     ]
 
@@ -155,6 +156,25 @@ def long_rivets(case: Case) -> list[str]:
     return found
 
 
+def sunk_sheets(case: Case) -> list[str]:
+    """A warning for each row of a generator whose sheets are so thick that they lie in each other by its lap."""
+    target = case.target
+    lap = None if target is None else getattr(target.generator, "lap", None)
+    if target is None or lap is None:
+        return []
+    found = list[str]()
+    for name, rows in target.source.mesh().rows.items():
+        for parts in dict.fromkeys(row.parts for row in rows):
+            half = 0.5 * sum(target.parts[part].thickness for part in parts)
+            if lap < SUNK * half:
+                found.append(
+                    f"target.generator.lap = {1e3 * lap:.3g} mm, and {' and '.join(parts)}, joined by the rivets of "
+                    f"{name}, lie on each other at {1e3 * half:.3g} mm, half of their thicknesses together: they are "
+                    "simulated in each other, which makes the joint too soft in bending; raise target.generator.lap"
+                )
+    return found
+
+
 def loose_ties(case: Case) -> list[str]:
     """A warning for each tie that leaves nodes of its set free, as they are farther away than its distance."""
     if case.target is None or not case.target.ties:
@@ -177,6 +197,8 @@ def loose_ties(case: Case) -> list[str]:
 
 LONG_RIVET = 2.0
 """Of the sheets' thicknesses together, beyond which their mid-surfaces lie apart."""
+SUNK = 0.5
+"""Of the distance at which two sheets lie on each other, below which a lap is told: a panel has one for all pairs."""
 AIMED_OFF = 0.25
 """Of the bird's diameter, by which the struck part of a mesh from a file may lie off the aim unsaid."""
 

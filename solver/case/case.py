@@ -38,7 +38,7 @@ from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
 from birdstrike.solver.case.settings import DiagnosisSettings, InversionSettings, Prior, SolverSettings
-from birdstrike.solver.case.target import Target, parts_of_mesh, with_envelope
+from birdstrike.solver.case.target import Target, holds, parts_of_mesh, with_envelope
 from birdstrike.solver.case.write import copy_case
 from birdstrike.solver.effects.effect import SECTIONS
 from birdstrike.solver.effects.registry import EFFECTS, effect_named, kind_of
@@ -292,7 +292,7 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
 def _unknown_names(case: Case) -> Iterator[str]:
     """One line for every part or support that a sensor names and the target has not."""
     target = case.target
-    names = None if target is None else TargetNames(tuple(target.parts), tuple(target.supports))
+    names = None if target is None else TargetNames(tuple(target.parts), target.holding)
     for name, sensor in case.sensors.items():
         yield from sensor.unknown_names(name, names)
 
@@ -301,9 +301,10 @@ def _unknown_names_beside_errors(table: Raw) -> Iterator[str]:
     """The same of a case with other errors, as far as its sensors and the mesh of its target can be read."""
     target, sensors = table.get("target"), table.get("sensors")
     parts, supports = parts_of_mesh(target), at(target, "supports")
+    holding = [name for name, held in supports.items() if holds(held)] if isinstance(supports, dict) else []
     if not isinstance(sensors, dict) or (target is not None and parts is None):
         return
-    names = None if target is None else TargetNames(parts or (), tuple(supports if isinstance(supports, dict) else ()))
+    names = None if target is None else TargetNames(parts or (), tuple(holding))
     for name, fields in sensors.items():
         try:
             sensor = SENSORS.validate(fields)

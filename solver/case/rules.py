@@ -31,6 +31,7 @@ from birdstrike.solver.fields import Between
 from birdstrike.solver.sensors.instrument import drift_of_some_kind
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
 from birdstrike.solver.sensors.sensor import PlateText
+from birdstrike.solver.target.generators.interface import closed_panel
 from birdstrike.solver.target.generators.registry import GENERATORS
 from birdstrike.solver.target.laws.registry import TARGET_LAWS
 
@@ -201,10 +202,9 @@ def _plate_hardening(raw: Raw) -> Iterator[str]:
 
 
 def _panel(raw: Raw) -> Iterator[str]:
-    radius, length = si(raw, "plate.radius"), si(raw, "plate.length")
-    if radius is not None and length is not None and length > math.pi * radius:
-        given = f"plate.radius = {at(raw, 'plate.radius')}"
-        yield f"{given} closes the panel beyond half a circle; length is along the arc, at most pi times the radius"
+    yield from closed_panel(
+        si(raw, "plate.length"), si(raw, "plate.radius"), f"plate.radius = {at(raw, 'plate.radius')}"
+    )
 
 
 def _preload(raw: Raw) -> Iterator[str]:

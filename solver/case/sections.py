@@ -26,7 +26,8 @@ class Impact(Section):
     """angle [rad] from the plate's surface; standoff [m]: way flown before the ideal surface touches: it sets t = 0.
 
     offset [m]: along length and width, from the plate's centre to the point of aim. yaw [rad]: angle between the bird's
-    axis and its velocity, in the plane of velocity and plate's width; above 0 the nose points to the width's end.
+    axis and its velocity, in the plane of the velocity and the horizontal across it; above 0 the nose points left
+    of the way over the plate, seen from above: to the width's end where the heading is 0.
     pitch [rad]: the same in the plane of the velocity and the plate's normal; above 0 the nose is raised; after yaw.
     point [m]: in space, through which the bird's axis flies (`offset` then counts from it). direction: of the velocity,
     a vector of any length; it gives the angle and the way across the plate.

@@ -177,7 +177,7 @@ class Target(TargetMesh):
             yield from self._empty(f"supports.{name}, a set", name, source)
 
     def _wrong_links(self, source: Generator | MeshFile) -> Iterator[str]:
-        """Ties and rivets name sets and parts that the mesh has, and every row of the generator has its strengths."""
+        """Ties and rivets name sets and parts that the mesh has."""
         parts = ", ".join(source.parts)
         for name, tie in self.ties.items():
             if tie.nodes not in source.sets:
@@ -185,6 +185,11 @@ class Target(TargetMesh):
             yield from self._empty(f'ties.{name}.nodes = "{tie.nodes}", a set', tie.nodes, source)
             if tie.onto not in source.parts:
                 yield f'has ties.{name}.onto = "{tie.onto}", a part that the mesh has not; parts: {parts}'
+        yield from self._wrong_rivets(source)
+
+    def _wrong_rivets(self, source: Generator | MeshFile) -> Iterator[str]:
+        """Rows join parts that the mesh has, and those of the generator have strengths and no places of their own."""
+        parts = ", ".join(source.parts)
         for name, rivets in self.rivets.items():
             for part in rivets.parts or ():
                 if part not in source.parts:
@@ -192,6 +197,11 @@ class Target(TargetMesh):
             if rivets.parts is None and name not in source.rows:
                 rows = ", ".join(source.rows) or "none"
                 yield f"has rivets.{name} without parts, start, end and pitch; rows that the generator places: {rows}"
+            if rivets.parts is not None and name in source.rows:
+                yield (
+                    f"has rivets.{name} with parts, start, end and pitch, and the generator places a row of that name; "
+                    "leave them out, or give the row of your own another name"
+                )
         for name in source.rows:
             if name not in self.rivets:
                 yield f"has no rivets.{name}: give it a tension_strength and a shear_strength"
@@ -218,6 +228,16 @@ class Target(TargetMesh):
             return []
         metals = [self.materials[self.parts[name].material] for name in source.parts]
         return [*source.findings, *slow_shells(source.mesh(), [_speed_of_sound(one) for one in metals])]
+
+    @property
+    def metals(self) -> dict[str, TargetMaterial]:
+        """Material of every part by its name."""
+        return {name: self.materials[part.material] for name, part in self.parts.items()}
+
+    @property
+    def holding(self) -> tuple[str, ...]:
+        """Names of the supports that hold anything."""
+        return tuple(name for name, held in self.supports.items() if holds(held))
 
     def rivet_rows(self) -> Iterator[tuple[str, Row, RivetData]]:
         """Every row of rivets with its place."""
@@ -298,6 +318,12 @@ def parts_of_mesh(target: Any) -> tuple[str, ...] | None:
         return tuple(mesh.source.parts)
     except ValueError:  # the target's own validation says what is wrong
         return None
+
+
+def holds(edges: Any) -> bool:
+    """Whether a support, as read or validated, holds anything: it is not free, nor are all of its springs 0."""
+    springs = edges.model_dump().values() if isinstance(edges, EdgeSprings) else (None,)
+    return edges != "free" and any(spring is None or spring > 0.0 for spring in springs)
 
 
 def unknown_part(target: Any, name: str) -> str:

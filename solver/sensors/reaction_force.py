@@ -28,14 +28,15 @@ class ReactionForce(Sensor):
         return lambda now: -float(now.plate.supports.reaction_of(name, now.plate.nodes, now.contact.on_plate)[2])
 
     def unknown_names(self, name: str, target: TargetNames | None, /) -> Iterator[str]:
-        """Its support is a set of nodes by which the target is held."""
+        """Its support is a set of nodes by which the target is held: one that is free has no load cell under it."""
         if self.support is None:
             return
         given = f'sensors.{name}.support = "{self.support}"'
         if target is None:
             yield f"{given} does nothing on a plate, which has one frame; leave it out"
         elif self.support not in target.supports:
-            yield f"{given} holds nothing; target.supports: {', '.join(target.supports) or 'none'}"
+            known = ", ".join(target.supports) or "none"
+            yield f"{given} holds nothing; target.supports that hold: {known}"
 
     def canonical(self) -> dict[str, Any]:
         """Without a support that is not stated."""

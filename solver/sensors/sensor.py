@@ -22,6 +22,8 @@ if TYPE_CHECKING:  # the types bring in the compiled kernels, which loading a ca
 PLACE = Between("-2500 mm", "2500 mm")
 OFF = 0.5
 """Of the nearest shell's longest side, by which a stated place may lie off the target."""
+LEVEL = 0.7
+"""Cosine from which on two shells of an assembly are one surface to a gauge."""
 Component = Annotated[float, Between(-1.0, 1.0)]
 Along = tuple[Component, Component, Component]
 """A direction in space, of any length up to 1 a component."""
@@ -86,7 +88,7 @@ def overhang(place: Any, reaches: Sequence[float], plate: PlateText) -> Iterator
 
 @dataclass(frozen=True)
 class TargetNames:
-    """Names of a target of several parts that a sensor may use: of its parts, and of the sets by which it is held."""
+    """Names of a target of several parts that a sensor may use: of its parts, and of the supports that hold it."""
 
     parts: tuple[str, ...]
     supports: tuple[str, ...]
@@ -212,7 +214,7 @@ class Placed(Sensor):
             reached = nearest if one.point is not None else point_at(mesh, facet, xi, eta, mesh.surface)
             off = float(np.linalg.norm(reached - stated))
             if off > OFF * float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max()):
-                part = next((f" on part {part}" for part, own in mesh.parts.items() if facet in own), "")
+                part = f" on part {mesh.part_of(facet)}" if mesh.parts else ""
                 said, found = (", ".join(f"{c:.6g}" for c in np.round(1e3 * p, 3) + 0.0) for p in (stated, nearest))
                 within = f" of part {self.part}" if self.part else ""
                 yield (

@@ -13,6 +13,7 @@ from birdstrike.data.histories import Array
 from birdstrike.data.units import ACCEPTED
 from birdstrike.solver.fields import Between, OneOf
 from birdstrike.solver.sensors.sensor import (
+    LEVEL,
     Along,
     Placed,
     PlateText,
@@ -28,8 +29,6 @@ if TYPE_CHECKING:  # the type brings in the compiled kernels, which loading a ca
     from birdstrike.solver.target.assembly import Target
     from birdstrike.solver.target.mesh import ShellMesh
 
-LEVEL = 0.7
-"""Cosine from which on two shells of an assembly are one surface to a gauge."""
 UPRIGHT = 0.999
 """Cosine of a gauge's direction to the shell's normal beyond which it has none in the shell."""
 POINTS = np.polynomial.legendre.leggauss(5)  # along a gauge of finite length
@@ -96,11 +95,16 @@ class Strain(Placed):
         return facing(normal_of(mesh, self.on(mesh)[0])) * (1 if self.side == "impact" else -1)
 
     def misplaced(self, name: str, mesh: ShellMesh, /) -> Iterator[str]:
-        """Its direction has a component in the shell."""
+        """Its shell strains, and its direction has a component in it."""
         from birdstrike.solver.sensors.places import normal_of, tangents  # late: it brings in compiled kernels
 
         element, given = self.on(mesh)[0], None if self.along is None else np.array(self.along)
-        if given is None and tangents(mesh, element) is None:
+        if (part := mesh.part_of(element)) in mesh.rigid:
+            yield (
+                f'sensors.{name}.kind = strain: part {part} is of law = "rigid" and has no strain; leave the sensor '
+                "out, or put it on another part"
+            )
+        elif given is None and tangents(mesh, element) is None:
             yield (
                 f"sensors.{name}: the shell under the gauge stands upright, where its direction cannot be counted from "
                 f"the length axis; give sensors.{name}.along, a direction in space"
@@ -161,6 +165,12 @@ class Strain(Placed):
         if last != name and last in ACCEPTED:
             yield f'sensors.{name}: a strain\'s column would be read as one in the unit "{last}"; use another name'
         yield from super().broken_rules(name, table, plate)
+        for other in ("along", "measure"):
+            if "direction" in table and table.get(other) is not None:
+                yield (
+                    f"sensors.{name}.direction = {table['direction']} does nothing beside sensors.{name}.{other} = "
+                    f"{table[other]}; leave one of the two out"
+                )
         yield from _ends(name, table, plate)
         if plate.rigid:
             yield f"sensors.{name}.kind = strain: a rigid plate has no strain; leave the sensor or plate.rigid out"

@@ -52,8 +52,8 @@ def assembled(
     Raises UserError for springs on nodes that are not on a free edge, for ties and rivets that join nothing, and for
     parts that nothing holds while others are held.
     """
-    mesh = shells_of(parts)
     each = [data[name] for name in parts.parts]
+    mesh = shells_of(parts, {name: one.material for name, one in data.items()})
     sections = [Section(one.thickness, one.material.density, one.material.row()) for one in each]
     blocks = shell_blocks(parts.nodes, parts.quads, sections, parts.part, scaled_inertia=True)
     border = Border.of(parts)
@@ -96,10 +96,11 @@ def _refuse_loose_parts(parts: PartMesh, held: Supports, ties: Ties | None, rive
         )
 
 
-def shells_of(parts: PartMesh) -> ShellMesh:
-    """The shells with the facets of each part."""
+def shells_of(parts: PartMesh, metals: Mapping[str, TargetMaterial]) -> ShellMesh:
+    """The shells with the facets of each part, by its metal rigid or not."""
     facets = {name: np.flatnonzero(parts.part == number) for number, name in enumerate(parts.parts)}
-    return replace(shell_mesh(parts.nodes, parts.quads), parts=facets)
+    rigid = tuple(name for name in parts.parts if not metals[name].moves)
+    return replace(shell_mesh(parts.nodes, parts.quads), parts=facets, rigid=rigid)
 
 
 class Border(NamedTuple):

@@ -22,7 +22,7 @@ class ShellMesh:
     across (e, 4): facet beyond each side,
     -1 at the rim, see `contact`; rim (r,): nodes of the free border; surface (m, 2): the nodes' coordinates [m] along
     length and width on the surface itself (arc length on a curved panel), in which sensors are placed; parts: facets of
-    each named part.
+    each named part; rigid: names of those that neither move nor strain.
     """
 
     nodes: Array
@@ -31,6 +31,11 @@ class ShellMesh:
     rim: NDArray[np.int64]
     surface: Array
     parts: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
+    rigid: tuple[str, ...] = ()
+
+    def part_of(self, facet: int) -> str:
+        """Name of the part that a facet is of; empty where none is named."""
+        return next((name for name, own in self.parts.items() if facet in own), "")
 
     def edge_lengths(self) -> Array:
         """Length of border that belongs to each node of the rim: half of either border side it ends, (r,) [m]."""

@@ -45,21 +45,26 @@ class PartMesh:
 
 @dataclass(frozen=True)
 class Patch:
-    """A flat or curved grid of shells of one part: points (a, b, 3) [m]."""
+    """A flat or curved grid of shells of one part: points (a, b, 3) [m].
+
+    body: patches of one body share the nodes at which they meet; those of different bodies, which are riveted, do not.
+    """
 
     part: str
     points: Array
+    body: str = ""
 
 
 def merged(patches: list[Patch], tolerance: float = 1e-9) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
-    """Nodes, quadrilaterals and patch of each, nodes at one place being one; numbered as the patches come.
+    """Nodes, quadrilaterals and patch of each, nodes of one body at one place being one; numbered as the patches come.
 
     tolerance: of a place [m].
     """
     points = np.concatenate([patch.points.reshape(-1, 3) for patch in patches])
-    _, first, same = np.unique(
-        np.round(points / tolerance).astype(np.int64), axis=0, return_index=True, return_inverse=True
-    )
+    bodies = {patch.body: number for number, patch in enumerate(patches)}
+    body = np.repeat([bodies[patch.body] for patch in patches], [patch.points.size // 3 for patch in patches])
+    place = np.column_stack([np.round(points / tolerance).astype(np.int64), body])
+    _, first, same = np.unique(place, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
     number = np.empty(len(order), np.int64)
     number[order] = np.arange(len(order))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.target.plate_edges import edge_spring_forces
-from birdstrike.solver.target.mesh import ShellMesh
+from birdstrike.solver.target.mesh import LEVEL, ShellMesh
 from birdstrike.solver.target.nodes import Nodes
 
 RIGID = np.inf
@@ -74,33 +74,32 @@ class Supports:
         self.normal = np.concatenate(normals) if sets else np.empty((0, 3))
         self.springs = np.zeros((len(self.nodes), 3))
         self.held = np.zeros(len(mesh.nodes), np.int64)
+        rigid = np.zeros((len(self.nodes), 2), np.bool_)
         for name, group in sets.items():
             each = np.array([group.stiffness.in_plane, group.stiffness.transverse, group.stiffness.rotational])
             self.springs[self.sets[name]] = np.outer(group.length, np.where(np.isinf(each), 0.0, each))
-            bits = 3 * np.isinf(each[0]) + 4 * np.isinf(each[1]) + ROTATIONS * np.isinf(each[2])
-            self.held[group.nodes] |= bits
+            rigid[self.sets[name]] = np.isinf(each[:2])
+            self.held[group.nodes] |= ROTATIONS * np.isinf(each[2])
         self.sprung = bool(self.springs.any())
         self.pull = np.zeros((len(self.nodes), 3))
         self.axes = np.tile(np.eye(3), (len(mesh.nodes), 1, 1))
-        self.axes[self.nodes] = tangent_frames(self.normal)
-        for name, group in sets.items():
-            self._hold_joints(self.sets[name], group.stiffness)
+        self._hold_displacements(rigid)
         self.relax()
 
-    def _hold_joints(self, rows: slice, stiffness: EdgeStiffness) -> None:
-        """What is rigid along or across one of the surfaces that meet in a node is rigid there for all of them."""
-        along, across = np.isinf(stiffness.in_plane), np.isinf(stiffness.transverse)
-        if not along and not across:
-            return
-        for node in repeated(self.nodes[rows]):
-            normals = self.normal[rows][self.nodes[rows] == node]
-            if along or len(normals) > 2:
-                self.held[node] |= DISPLACEMENTS
-                continue
-            first = normals[1] - (normals[1] @ normals[0]) * normals[0]
-            first /= np.linalg.norm(first)
-            self.axes[node] = [first, np.cross(normals[0], first), normals[0]]
-            self.held[node] |= 1 + 4
+    def _hold_displacements(self, rigid: NDArray[np.bool_]) -> None:
+        """Axes and bits of nodes of which a surface is held rigidly along or across itself, rigid (r, 2).
+
+        What is rigid for one of the surfaces and sets that meet in a node is rigid there for all of them.
+        """
+        rows = np.flatnonzero(rigid.any(axis=1))
+        nodes, along, across = self.nodes[rows], rigid[rows, 0], rigid[rows, 1]
+        self.axes[nodes] = tangent_frames(self.normal[rows])
+        np.bitwise_or.at(self.held, nodes, np.where(along, 3, 0) + np.where(across, 4, 0))
+        for node in repeated(nodes[~np.isin(nodes, nodes[along & across])]):
+            own = nodes == node
+            axes, held = held_axes(self.normal[rows[own]], along[own], across[own])
+            self.axes[node] = axes
+            self.held[node] = (self.held[node] & ROTATIONS) | int(held @ [1, 2, 4])
 
     @property
     def free(self) -> bool:
@@ -180,6 +179,18 @@ def repeated(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
     """Those that are there more than once."""
     found, count = np.unique(nodes, return_counts=True)
     return found[count > 1]
+
+
+def held_axes(normal: Array, along: NDArray[np.bool_], across: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
+    """Orthonormal axes (3, 3) as rows of a node at which surfaces are held, and which of them are held, (3,).
+
+    normal (k, 3): of the surfaces; along, across (k,): whether each is held in its plane and normal to it. Normals of
+    a cosine above `LEVEL` are one surface's, so that a bent sheet is not held along itself by its own curvature.
+    """
+    spans = normal[:, :, None] * normal[:, None, :]
+    held = spans[across].sum(axis=0) + (np.eye(3) - spans[along]).sum(axis=0)
+    size, axes = np.linalg.eigh(held)
+    return axes.T, size > 1.0 - LEVEL
 
 
 def tangent_frames(normal: Array) -> Array:

@@ -84,12 +84,17 @@ def rate_factor(row, growth, growth_change, dt):
 
 
 @njit(cache=True)
+def hotness(row, memory):
+    """T*, of a metal that melts: 0 up to the reference temperature, 1 from the melting temperature on."""
+    return min(max((row[START_HEAT] + memory[HEAT]) / row[MELT_SPAN], 0.0), 1.0)
+
+
+@njit(cache=True)
 def remaining(row, memory):
     """Share of the flow stress that heat and softening leave."""
     share = softened(row, memory[SOFTENING])
     if row[MELT_SPAN] > 0.0:
-        hot = min(max((row[START_HEAT] + memory[HEAT]) / row[MELT_SPAN], 0.0), 1.0)
-        share *= 1.0 - hot ** row[MELT_POWER]
+        share *= 1.0 - hotness(row, memory) ** row[MELT_POWER]
     return share
 
 
@@ -122,7 +127,7 @@ def strain_at_fracture(row, stress, rate, memory):
     strain = row[D1] + row[D1 + 1] * math.exp(row[D1 + 2] * triaxiality)
     strain *= 1.0 + row[D1 + 3] * math.log(max(rate / row[DAMAGE_RATE], 1.0))
     if row[MELT_SPAN] > 0.0:
-        strain *= 1.0 + row[D1 + 4] * (row[START_HEAT] + memory[HEAT]) / row[MELT_SPAN]
+        strain *= 1.0 + row[D1 + 4] * hotness(row, memory)
     return strain
 
 

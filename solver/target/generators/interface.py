@@ -64,3 +64,9 @@ class Generator(Section):
     def mesh(self) -> PartMesh:
         """The mesh itself."""
         raise NotImplementedError(self.kind)
+
+
+def closed_panel(length: float | None, radius: float | None, given: str) -> Iterator[str]:
+    """A panel of this length [m] along its arc spans at most half a circle; given: its radius as the file has it."""
+    if radius is not None and length is not None and length > math.pi * radius:
+        yield f"{given} closes the panel beyond half a circle; length is along the arc, at most pi times the radius"

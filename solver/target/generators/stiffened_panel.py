@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -10,22 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.fields import Between, Count, OneOf
+from birdstrike.solver.fields import Between, Count, OneOf, si_in
 from birdstrike.solver.target.generators.interface import Generator, Length
+from birdstrike.solver.target.generators.panel_rules import ASIDE, SIDE_OF_PAD, broken_panel_rules
 from birdstrike.solver.target.part_mesh import PartMesh, Patch, Row, divided, merged
 
-ASIDE = Between("-2500 mm", "2500 mm")
 Aside = Annotated[float, ASIDE]
 Flange = Annotated[float, Between("1 mm", "500 mm")]
-LAPPED = ("lap", "rivet_pitch")
-"""What a foot, a lap joint or a pad needs."""
+PadSide = Annotated[float, SIDE_OF_PAD]
 UNSAID = ("foot", "lap", "rivet_pitch", "overlap", "joint", "pad", "pad_at", "radius")
 """Keys that are no part of a case's content where they are at their defaults."""
-SPANS = {
-    "length": Between("20 mm", "5000 mm"),
-    "pitch": Between("1 mm", "5000 mm"),
-    "overlap": Between("1 mm", "500 mm"),
-}
+SIZES = ("length", "width", "pitch", "height", "flange", "foot", "lap", "rivet_pitch", "overlap", "radius")
+"""Dimensions between which there are rules."""
 
 
 class StiffenedPanel(Generator):
@@ -55,7 +50,7 @@ class StiffenedPanel(Generator):
     rivet_pitch: Length | None = None
     overlap: Flange | None = None
     joint: Aside = 0.0
-    pad: tuple[Length, Length] | None = None
+    pad: tuple[PadSide, PadSide] | None = None
     pad_at: tuple[Aside, Aside] = (0.0, 0.0)
     radius: Annotated[float, Between("20 mm", "1e6 mm")] | None = None
 
@@ -82,27 +77,15 @@ class StiffenedPanel(Generator):
     @classmethod
     def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
         yield from super().broken_rules(raw, prefix)
-        count = raw.get("stiffeners")
-        sizes = {key: mark.valid(raw.get(key)) for key, mark in SPANS.items()}
-        if isinstance(count, int) and count > 0 and "height" not in raw:
-            yield f'{prefix}.height is missing: {count} stiffeners need one, such as height = "40 mm"'
-        if isinstance(count, int) and count > 1:
-            if "pitch" not in raw:
-                yield f'{prefix}.pitch is missing: {count} stiffeners need one, such as pitch = "200 mm"'
-            pitch, length = sizes["pitch"], sizes["length"]
-            if pitch is not None and length is not None and (count - 1) * pitch >= length:
-                given = f"{prefix}.pitch = {raw['pitch']}"
-                many = f"{count} stiffeners beyond {prefix}.length = {raw['length']}"
-                yield f"{given} puts {many}; a smaller pitch, or fewer"
-        yield from _section_rules(raw, prefix)
-        yield from _lap_rules(raw, prefix)
+        sizes = {key: si_in(cls, raw, key) for key in SIZES}
+        yield from broken_panel_rules(raw, sizes, prefix)
 
     def mesh(self) -> PartMesh:
         patches, y = [], divided([-0.5 * self.width, 0.0, 0.5 * self.width], self.element_size)
         for name, z, low, high in self._skins():
             inside = [place for place in self.places if low < place < high]
             x = divided([low, *inside, high], self.element_size)
-            patches.append(Patch(name, _level(x, y, z)))
+            patches.append(Patch(name, _level(x, y, z), name))
         for place in self.places:
             patches += self._stiffener(place, y)
         if self.pad is not None:
@@ -110,7 +93,7 @@ class StiffenedPanel(Generator):
                 middle + divided([-0.5 * size, 0.5 * size], self.element_size)
                 for middle, size in zip(self.pad_at, self.pad, strict=True)
             )
-            patches.append(Patch("pad", _level(x, across, self._depth(self.pad_at[0]) - (self.lap or 0.0))))
+            patches.append(Patch("pad", _level(x, across, self._depth(self.pad_at[0]) - (self.lap or 0.0)), "pad"))
         nodes, quads, owner = merged(patches)
         part = np.array([self.parts.index(patch.part) for patch in patches])[owner]
         rows: dict[str, tuple[Row, ...]] = dict.fromkeys(self.rows, ())
@@ -141,14 +124,14 @@ class StiffenedPanel(Generator):
     def _stiffener(self, place: float, y: Array) -> Iterator[Patch]:
         """Web and flanges of one stiffener."""
         skin = self._depth(place)
-        top = skin - (self.lap or 0.0) if self.foot else skin
+        top, body = (skin - (self.lap or 0.0), "stiffeners") if self.foot else (skin, self._skin_at(place))
         z = divided([skin - (self.height or 0.0), top], self.element_size)[::-1]
-        yield Patch("stiffeners", np.stack(np.broadcast_arrays(place, y[None, :], z[:, None]), axis=-1))
+        yield Patch("stiffeners", np.stack(np.broadcast_arrays(place, y[None, :], z[:, None]), axis=-1), body)
         if self.foot:
-            yield Patch("stiffeners", _level(place + divided([0.0, self.foot], self.element_size), y, z[0]))
+            yield Patch("stiffeners", _level(place + divided([0.0, self.foot], self.element_size), y, z[0]), body)
         if self.flange:
             ends = [-self.flange, 0.0] if self.section == "Z" else [0.0, self.flange]
-            yield Patch("stiffeners", _level(place + divided(ends, self.element_size), y, z[-1]))
+            yield Patch("stiffeners", _level(place + divided(ends, self.element_size), y, z[-1]), body)
 
     def _rows(self) -> Iterator[tuple[str, Array, tuple[str, str]]]:
         """Name, points and parts of every row of rivets; of stiffeners on two skins, those of either apart."""
@@ -164,7 +147,7 @@ class StiffenedPanel(Generator):
             height = self._depth(x) - 0.5 * lap
             rim = [_line(x + sign * sides[0], y + across, height) for sign in (-1.0, 1.0)]
             rim += [_line(x + along[1:-1], y + sign * sides[1], height) for sign in (-1.0, 1.0)]
-            yield "pad", np.vstack(rim), (self._skin_at(x), "pad")
+            yield "pad", _once(np.vstack(rim)), (self._skin_at(x), "pad")
         if self.foot and self.stiffeners:
             along = _spread(self.width, pitch)
             for place in self.places:
@@ -197,75 +180,6 @@ class StiffenedPanel(Generator):
         return {name: np.flatnonzero(mask).astype(np.int64) for name, mask in found.items()}
 
 
-def _section_rules(raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
-    """Which flanges a section has."""
-    section, riveted = raw.get("section", "blade"), "foot" in raw
-    if section == "Z" and not riveted:
-        yield f'{prefix}.section = "Z" is riveted to the skin by its foot; give {prefix}.foot, such as foot = "20 mm"'
-    if section == "blade" and riveted:
-        yield f'{prefix}.foot makes a riveted stiffener, and a blade has none; choose section = "L" or "Z"'
-    inner = section == "Z" or (section == "L" and not riveted)
-    if inner != ("flange" in raw):
-        yield (
-            f'{prefix}.flange is the inner flange of section = "L" that shares the skin\'s nodes, or of section = "Z"; '
-            "give both, or leave both out"
-        )
-
-
-def _lap_rules(raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
-    """Sheets that lie on each other have their distance and their rivets, and do not lie three deep."""
-    for key in ("foot", "overlap", "pad"):
-        for needed in LAPPED:
-            if key in raw and needed not in raw:
-                example = "2 mm" if needed == "lap" else "25 mm"
-                yield f'{prefix}.{needed} is missing: {key} needs it, such as {needed} = "{example}"'
-    stretches = _stretches(raw)
-    yield from _beyond_the_end(raw, prefix, stretches)
-    count, pitch = raw.get("stiffeners"), SPANS["pitch"].valid(raw.get("pitch")) or 0.0
-    foot = Between("1 mm", "500 mm").valid(raw.get("foot")) or 0.0
-    if not isinstance(count, int):
-        return
-    for key, (low, high) in stretches["length"].items():
-        for i in range(count):
-            place = (i - 0.5 * (count - 1)) * pitch
-            if place < high and place + foot > low:
-                there = f"{1e3 * place:.4g} .. {1e3 * (place + foot):.4g} mm along the length"
-                yield (
-                    f"{prefix}.{key} = {raw[key]} reaches a stiffener at {there}; move it into a bay "
-                    f"({1e3 * low:.4g} .. {1e3 * high:.4g} mm now)"
-                )
-
-
-def _stretches(raw: Mapping[str, Any]) -> dict[str, dict[str, tuple[float, float]]]:
-    """From where to where overlap and pad lie along length and width [m]."""
-    found: dict[str, dict[str, tuple[float, float]]] = {"length": {}, "width": {}}
-    joint, overlap = ASIDE.valid(raw.get("joint", "0 mm")), SPANS["overlap"].valid(raw.get("overlap"))
-    if joint is not None and overlap is not None:
-        found["length"]["overlap"] = (joint - 0.5 * overlap, joint + 0.5 * overlap)
-    pad, at = raw.get("pad"), raw.get("pad_at", ["0 mm", "0 mm"])
-    if isinstance(pad, list) and isinstance(at, list) and len(pad) == len(at) == 2:
-        for along, side, place in zip(found.values(), pad, at, strict=True):
-            size, middle = SPANS["length"].valid(side), ASIDE.valid(place)
-            if size is not None and middle is not None:
-                along["pad"] = (middle - 0.5 * size, middle + 0.5 * size)
-    return found
-
-
-def _beyond_the_end(
-    raw: Mapping[str, Any], prefix: str, stretches: Mapping[str, Mapping[str, tuple[float, float]]]
-) -> Iterator[str]:
-    """Overlap and pad [m] along length and width lie on the panel."""
-    for side, found in stretches.items():
-        half = 0.5 * (SPANS["length"].valid(raw.get(side)) or math.inf)
-        for key, (low, high) in found.items():
-            if max(-low, high) > half * (1.0 + 1e-9):
-                where = "joint" if key == "overlap" else "pad_at"
-                yield (
-                    f"{prefix}.{key} = {raw[key]} lies at {1e3 * low:.4g} .. {1e3 * high:.4g} mm along the {side}, "
-                    f"beyond the panel's end at {1e3 * half:.4g} mm; make it smaller, or move it by {prefix}.{where}"
-                )
-
-
 def _level(x: Array, y: Array, z: float) -> Array:
     """Points (a, b, 3) over a grid of places at one height."""
     return np.stack([*np.meshgrid(x, y, indexing="ij"), np.full((len(x), len(y)), z)], axis=-1)
@@ -280,3 +194,9 @@ def _spread(size: float, pitch: float) -> Array:
     """Places of rivets about the middle of a stretch, half a pitch or more from its ends."""
     count = max(int(size / pitch + 1e-9), 1)
     return (np.arange(count) - 0.5 * (count - 1)) * pitch
+
+
+def _once(points: Array, tolerance: float = 1e-9) -> Array:
+    """The points (k, 3) without those that are there before; tolerance [m]."""
+    first = np.unique(np.round(points / tolerance).astype(np.int64), axis=0, return_index=True)[1]
+    return points[np.sort(first)]

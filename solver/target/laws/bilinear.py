@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.fields import Between
+from birdstrike.solver.fields import Between, si_in
 from birdstrike.solver.hardening import hardening_moduli
 from birdstrike.solver.kernels.target import metal
-from birdstrike.solver.target.laws.interface import Modulus, RatedMetal, Stress, si_in
+from birdstrike.solver.target.laws.interface import Modulus, RatedMetal, Stress
 
 
 class Bilinear(RatedMetal):

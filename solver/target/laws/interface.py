@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.fields import Between, Section
+from birdstrike.solver.fields import Between, Section, does_nothing_alone, si_in
 from birdstrike.solver.kernels.target import metal
 
 Stress = Annotated[float, Between("1 MPa", "10000 MPa")]
@@ -57,11 +57,8 @@ class Metal(TargetMaterial):
     @classmethod
     def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
         ends = [key for key in ("failure_strain", "D") if key in cls.model_fields]
-        if si_in(cls, raw, "fracture_energy") and not any(key in raw for key in ends):
-            yield (
-                f"{prefix}.fracture_energy = {raw['fracture_energy']} does nothing alone; give {prefix}."
-                f"{' or '.join(ends)}, from which on it is spent"
-            )
+        if si_in(cls, raw, "fracture_energy"):
+            yield from does_nothing_alone(raw, prefix, "fracture_energy", ends)
 
     def row(self) -> Array:
         row = elastic_row(self.young, self.poisson)
@@ -88,6 +85,11 @@ class RatedMetal(Metal):
     rate_c: Annotated[float, Between("0 1/s", "1e30 1/s")] = 0.0
     rate_p: Annotated[float, Between(0.1, 100.0)] = 1.0
 
+    @classmethod
+    def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
+        yield from super().broken_rules(raw, prefix)
+        yield from does_nothing_alone(raw, prefix, "rate_p", ["rate_c"])
+
     def row(self) -> Array:
         row = super().row()
         row[metal.RATE], row[metal.RATE_C], row[metal.RATE_P] = metal.COWPER_SYMONDS, self.rate_c, 1.0 / self.rate_p
@@ -100,11 +102,3 @@ def elastic_row(young: float, poisson: float) -> Array:
     row[metal.YOUNG], row[metal.POISSON] = young, poisson
     row[metal.YIELD] = row[metal.CONSTANTS] = row[metal.FAILURE] = np.inf
     return row
-
-
-def si_in(section: type[Section], raw: Mapping[str, Any], key: str) -> float | None:
-    """SI value under a key of a table as read; None where it is absent or is itself an error, reported elsewhere."""
-    field = section.model_fields[key]
-    optional = (mark for part in get_args(field.annotation) for mark in getattr(part, "__metadata__", ()))
-    mark = next(mark for mark in (*field.metadata, *optional) if isinstance(mark, Between))
-    return mark.valid(raw.get(key))

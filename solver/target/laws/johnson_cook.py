@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.fields import Between
+from birdstrike.solver.fields import Between, does_nothing_alone, si_in
 from birdstrike.solver.kernels.target import metal
-from birdstrike.solver.target.laws.interface import Exponent, Metal, Stress, si_in
+from birdstrike.solver.target.laws.interface import Exponent, Metal, Stress
 
 Temperature = Annotated[float, Between("1 K", "5000 K")]
-Constant = Annotated[float, Between(-100.0, 100.0)]
+CONSTANT = Between(-100.0, 100.0)
+Constant = Annotated[float, CONSTANT]
+SOFTENING = ("melt", "specific_heat")
+"""What softening by heat takes."""
+STATES = {"pure shear": 0.0, "uniaxial tension": 1.0 / 3.0}
+"""Mean over von Mises stress of states in which a metal breaks at some strain."""
 
 
 class JohnsonCook(Metal):
@@ -41,13 +47,14 @@ class JohnsonCook(Metal):
         yield from super().broken_rules(raw, prefix)
         if "failure_strain" in raw and "D" in raw:
             yield f"{prefix}: failure_strain and D are both given; keep one"
-        given = [key for key in ("melt", "specific_heat") if key in raw]
+        given = [key for key in SOFTENING if key in raw]
         if len(given) == 1:
             other = "specific_heat" if given[0] == "melt" else "melt"
             yield f"{prefix}.{given[0]} needs {prefix}.{other}: softening by heat takes both; leave both out for none"
         for key in ("start", "reference", "m", "heat_share"):
-            if key in raw and not given:
-                yield f"{prefix}.{key} = {raw[key]} does nothing alone; give {prefix}'s melt and specific_heat too"
+            yield from does_nothing_alone(raw, prefix, key, SOFTENING, " and ")
+        yield from does_nothing_alone(raw, prefix, "rate0", ("c", "D"))
+        yield from _damage_rules(raw, prefix)
         melt, start = si_in(cls, raw, "melt"), si_in(cls, raw, "start") or 298.15
         reference = si_in(cls, raw, "reference") or 298.15
         if melt is not None and melt <= max(start, reference):
@@ -64,3 +71,31 @@ class JohnsonCook(Metal):
         if self.D is not None:
             row[metal.DAMAGE], row[metal.DAMAGE_RATE] = metal.JOHNSON_COOK, self.rate0
             row[metal.D1 : metal.D1 + 5] = self.D
+
+
+def _constants(raw: Mapping[str, Any]) -> list[float]:
+    """D1 .. D5 of a table as read; none where they are absent, or are themselves an error."""
+    given = raw.get("D")
+    valid = [CONSTANT.valid(one) for one in given] if isinstance(given, list | tuple) else []
+    known = [one for one in valid if one is not None]
+    return known if len(known) == len(valid) == 5 else []
+
+
+def _damage_rules(raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
+    """The constants of damage give strains at fracture above 0, and none of them is idle."""
+    constants = _constants(raw)
+    if not constants:
+        return
+    d1, d2, d3, _, d5 = constants
+    for state, triaxiality in STATES.items():
+        strain = d1 + d2 * math.exp(d3 * triaxiality)
+        if strain <= 0.0:
+            yield (
+                f"{prefix}.D = {raw['D']} gives a strain at fracture of {strain:.3g} in {state}, where D1 + D2 "
+                "exp(D3 mean/mises) must be above 0; correct D1, D2 or D3, or leave D out for a metal that never breaks"
+            )
+    if d5 and not any(key in raw for key in SOFTENING):
+        yield (
+            f"{prefix}.D: its fifth constant, {d5:g}, does nothing alone; give {prefix}.{' and '.join(SOFTENING)} too, "
+            "or write 0"
+        )

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.contact.contact import bilinear, clamp_to_facet, foot_on_facet
-from birdstrike.solver.target.mesh import reach_of
+from birdstrike.solver.target.mesh import border_sides, reach_of
 from birdstrike.solver.target.part_mesh import PartMesh
 
 ROUNDED = 1.0 + 1e-9
+ON_EDGE = 1e-9
+"""Weight of a corner below which a foot lies on the side or at the corner opposite."""
 SAMPLES = 9
 """Places along an edge between which a crossing from one facet to the next is looked for."""
 POINTS, SHARES = np.polynomial.legendre.leggauss(3)
@@ -49,6 +51,7 @@ class Surface:
         self.centres = nodes[quads].mean(axis=1)
         self.reach = reach_of(nodes, quads, self.centres)
         self.tree, self.farthest = KDTree(self.centres), float(self.reach.max())
+        self.border = border_sides(quads)
 
     @classmethod
     def of(cls, mesh: PartMesh, part: str) -> Surface:
@@ -71,6 +74,11 @@ class Surface:
                 best = Foot(quad, weights, way, normal / np.linalg.norm(normal), int(facet))
         assert best is not None, "a part has shells of some area"
         return best
+
+    def on_border(self, foot: Foot) -> bool:
+        """Whether a foot lies on the free border of the part."""
+        corners = np.unique(foot.nodes[foot.weights > ON_EDGE])
+        return len(corners) < 3 and bool(np.isin(self.border, corners).sum(axis=1).max(initial=0) >= len(corners))
 
     def _near(self, point: Array) -> NDArray[np.int64]:
         """The facets that can be as near as the nearest centre is, by the distance of their own."""

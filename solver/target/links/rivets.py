@@ -11,7 +11,7 @@ import numpy as np
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.target.links import EITHER_WAY, NO_LIMIT, ONE_WAY, rivet_forces
-from birdstrike.solver.target.links.anchors import Anchors, Surface
+from birdstrike.solver.target.links.anchors import Anchors, Foot, Surface
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.part_mesh import PartMesh, Row
 
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 CONSTANTS = 8
 TOUCHING = 1e-6  # m: mid-surfaces no farther apart are in one plane (files round their nodes), and none is the first
 FARTHEST = 0.02  # m, between the mid-surfaces that a rivet joins
+BESIDE = 1e-4  # m: a point no farther beyond a part's edge lies on it (files round their nodes)
+SLANTED = 0.2
+"""Share of a point's distance from a part by which it may lie beyond its edge: facets stand for a curved sheet."""
 
 
 @dataclass(frozen=True)
@@ -148,6 +151,8 @@ def rivets_of(parts: PartMesh, said: Sequence[tuple[str, Row, RivetData]]) -> Ri
                     f"target.rivets.{name}: rivet {number + 1} at ({place}) mm is {1e3 * far:.4g} mm away from a part "
                     f"that it joins ({' and '.join(row.parts)}); place it within {1e3 * FARTHEST:.0f} mm of both"
                 )
+            for part, foot in zip(row.parts, feet, strict=True):
+                _refuse_beside(point, surfaces[part], foot, f"target.rivets.{name}: rivet {number + 1}", part)
             places = [foot.weights @ parts.nodes[foot.nodes] for foot in feet]
             gap = places[1] - places[0]
             size = float(np.linalg.norm(gap))
@@ -160,3 +165,15 @@ def rivets_of(parts: PartMesh, said: Sequence[tuple[str, Row, RivetData]]) -> Ri
     if not points:
         return None
     return Rivets(np.array(points), np.array(axes), Anchors.of(ends), np.array(constants), parts.nodes, rows)
+
+
+def _refuse_beside(point: Array, surface: Surface, foot: Foot, said: str, part: str) -> None:
+    """Raise UserError for a rivet beyond a part's edge: its axis would be slanted, and shear be taken for tension."""
+    way = point - foot.weights @ surface.nodes[foot.nodes]
+    beyond = float(np.linalg.norm(way - (way @ foot.normal) * foot.normal))
+    if beyond > max(BESIDE, SLANTED * foot.distance) and surface.on_border(foot):
+        place = ", ".join(f"{1e3 * c:.4g}" for c in point)
+        raise UserError(
+            f"{said} at ({place}) mm lies {1e3 * beyond:.4g} mm beyond the edge of {part}, which it joins; place it "
+            "where both parts lie behind each other"
+        )

@@ -11,9 +11,12 @@ import pytest
 
 from birdstrike.cli.check import check
 from birdstrike.data.errors import CaseError, UserError
+from birdstrike.reports.verification.columns import SEED
+from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import load_case
-from birdstrike.solver.sensors.places import place_in_space, point_at
+from birdstrike.solver.contact import Contact
+from birdstrike.solver.sensors.places import facing, place_in_space, point_at
 from birdstrike.solver.sensors.recording import readings
 from birdstrike.solver.sensors.registry import SENSORS
 from birdstrike.solver.simulate import simulate
@@ -25,6 +28,9 @@ from birdstrike.solver.target.mesh import rectangle, shell_mesh
 from birdstrike.solver.target.part_mesh import PartMesh, Patch, merged
 from birdstrike.solver.target.shell_block import ShellBlock
 
+METAL = TARGET_LAWS.validate(
+    {"law": "bilinear", "young": "70 GPa", "poisson": 0.3, "density": "2700 kg/m^3", "yield_stress": "1000 MPa"}
+)
 ON_WEB = {"point": ["100 mm", "30 mm", "-20 mm"], "part": "stiffeners"}
 ON_SKIN = {"point": ["20 mm", "30 mm", "0 mm"], "part": "skin", "along": [1.0, 0.0, 0.0]}
 
@@ -64,12 +70,14 @@ def test_displacement_of_a_web_along_a_direction():
         "sideways": {"kind": "displacement", "along": [1.0, 0.0, 0.0], **ON_WEB},
         "push": {"kind": "displacement", **ON_WEB},
         "slanted": {"kind": "displacement", "along": [0.0, 0.6, 0.8], **ON_WEB},
+        "short": {"kind": "displacement", "along": [0.0, 0.3, 0.4], **ON_WEB},
     }
     moved = gradient @ np.array([0.1, 0.03, -0.02])
     found = read(panel(), sensors, gradient)
     assert found["sideways"] == pytest.approx(moved[0])
     assert found["push"] == pytest.approx(-moved[2])
     assert found["slanted"] == pytest.approx(0.6 * moved[1] + 0.8 * moved[2])
+    assert found["short"] == pytest.approx(found["slanted"], rel=1e-12), "a direction of any length"
 
 
 @pytest.mark.parametrize("target", [panel, wound_anyhow])
@@ -107,10 +115,7 @@ def test_a_gauge_beside_a_step_of_thickness_reads_its_own_part(x):
     places = np.meshgrid(np.linspace(-0.1, 0.1, 21), np.linspace(-0.03, 0.03, 7), indexing="ij")
     nodes, quads, _ = merged([Patch("", np.stack([*places, np.zeros((21, 7))], axis=-1))])
     half = (nodes[quads].mean(axis=1)[:, 0] > 0.0).astype(np.int64)
-    metal = TARGET_LAWS.validate(
-        {"law": "bilinear", "young": "70 GPa", "poisson": 0.3, "density": "2700 kg/m^3", "yield_stress": "1000 MPa"}
-    )
-    parts = {"thin": PartData(1e-3, metal), "thick": PartData(2e-3, metal)}
+    parts = {"thin": PartData(1e-3, METAL), "thick": PartData(2e-3, METAL)}
     target = assembled(PartMesh(nodes, quads, half, tuple(parts), {}), parts, {})
     run: Any = SimpleNamespace(plate=target)
     gauge = {"kind": "strain", "point": [f"{x} mm", "1 mm", "0 mm"], "along": [1.0, 0.0, 0.0]}
@@ -140,10 +145,7 @@ def plain_strip() -> Target:
     """A strip of 200 x 60 mm, of one part."""
     places = np.meshgrid(np.linspace(-0.1, 0.1, 21), np.linspace(-0.03, 0.03, 7), indexing="ij")
     nodes, quads, _ = merged([Patch("", np.stack([*places, np.zeros((21, 7))], axis=-1))])
-    metal = TARGET_LAWS.validate(
-        {"law": "bilinear", "young": "70 GPa", "poisson": 0.3, "density": "2700 kg/m^3", "yield_stress": "1000 MPa"}
-    )
-    parts = {"strip": PartData(1e-3, metal)}
+    parts = {"strip": PartData(1e-3, METAL)}
     return assembled(PartMesh(nodes, quads, np.zeros(len(quads), np.int64), tuple(parts), {}), parts, {})
 
 
@@ -176,6 +178,21 @@ def test_the_impact_side_of_an_upright_web_does_not_hang_on_how_its_shells_are_w
         assert found["back"](run) == pytest.approx(1.5e-7, rel=0.05)
 
 
+@pytest.mark.parametrize(
+    ("normal", "side"),
+    [
+        ([-0.6, 0.0, 0.8], 1),
+        ([0.8, 0.0, -0.6], -1),
+        ([0.6, -0.8, 0.0], 1),
+        ([-0.6, 0.8, 0.0], -1),
+        ([0.0, -1.0, 0.0], -1),
+        ([0.005, -1.0, -0.005], -1),
+    ],
+)
+def test_a_shell_faces_z_an_upright_one_x_and_one_in_the_plane_of_both_y(normal, side):
+    assert facing(np.array(normal)) == side
+
+
 def test_a_gauge_on_a_curved_skin_has_its_length_on_the_skin():
     """Radius 300 mm, at x = 150 mm the slope is 30 degrees: 40 mm along x lie on the arc."""
     mesh = build_plate(load_case("openradioss_panel", {"target.generator.radius": "300 mm"})).mesh
@@ -194,7 +211,21 @@ def test_a_gauge_on_a_curved_skin_has_its_length_on_the_skin():
         ("openradioss_panel", {"at": ["0 mm", "0 mm"], "point": ["0 mm"] * 3}, "has at and point, two places"),
         ("openradioss_panel", {"part": "skin"}, "sensors.w.part = skin needs a point in space"),
         ("openradioss_panel", {"along": [0.0, 0.0, 0.0]}, "is no direction; write one such as"),
-        ("openradioss_panel", {"kind": "reaction_force", "support": "rim"}, "holds nothing; target.supports: edges"),
+        (
+            "openradioss_panel",
+            {"kind": "reaction_force", "support": "rim"},
+            "holds nothing; target.supports that hold: edges",
+        ),
+        (
+            "openradioss_panel",
+            {"kind": "strain", "along": [1.0, 0.0, 0.0], "direction": "90 deg"},
+            "sensors.w.direction = 90 deg does nothing beside sensors.w.along = [1.0, 0.0, 0.0]; leave one of the two",
+        ),
+        (
+            "openradioss_panel",
+            {"kind": "strain", "measure": "principal", "direction": "90 deg"},
+            "sensors.w.direction = 90 deg does nothing beside sensors.w.measure = principal; leave one of the two out",
+        ),
         ("reference_strike", {"point": ["0 mm"] * 3, "part": "skin"}, "does nothing on a plate, which has no parts"),
         ("reference_strike", {"kind": "reaction_force", "support": "edges"}, "does nothing on a plate, which has one"),
     ],
@@ -229,6 +260,16 @@ def test_names_and_places_that_the_target_has_not_are_told(case, sensor, said):
             "stands upright, where its direction cannot be counted",
         ),
         ("reference_strike", {"point": ["0 mm", "0 mm", "900 mm"]}, "900 mm off the target's shells"),
+        (
+            "openradioss_panel",
+            {"kind": "pressure", "at": ["245 mm", "0 mm"], "radius": "40 mm"},
+            "sensors.w.radius = 40 mm: the gauge reaches 35 mm beyond part skin, whose shells alone it feels; a",
+        ),
+        (
+            "openradioss_panel",
+            {"kind": "pressure", "point": ["100 mm", "0 mm", "-20 mm"], "part": "stiffeners", "radius": "25 mm"},
+            "reaches 5 mm beyond part stiffeners",
+        ),
     ],
 )
 def test_a_sensor_off_the_shells_is_told_with_the_nearest_place_by_check_and_before_a_run(case, sensor, said):
@@ -242,3 +283,55 @@ def test_a_sensor_off_the_shells_is_told_with_the_nearest_place_by_check_and_bef
 def test_a_place_within_half_a_shell_is_taken():
     beside = {"w": {"kind": "displacement", "point": ["252 mm", "0 mm", "3 mm"]}}
     assert check(load_case("openradioss_panel", {"sensors": beside}))
+
+
+def test_a_gauge_that_is_laid_over_another_replaces_what_it_says_in_another_way():
+    """A case that extends another has no way to leave out a key of it."""
+    gauge = {"kind": "strain", "at": ["20 mm", "0 mm"], "direction": "90 deg"}
+    other = {"point": ["100 mm", "0 mm", "-20 mm"], "part": "stiffeners", "along": [0.0, 1.0, 0.0]}
+    laid = load_case("openradioss_panel", {"sensors": {"w": gauge}}).overlaid({"sensors": {"w": other}})
+    assert laid.table["sensors"]["w"] == {"kind": "strain", **other}
+
+
+def test_a_gauge_on_a_rigid_part_and_a_load_cell_under_a_free_set_are_refused():
+    """They read nothing, and the force of another set at the corner that both have."""
+    hard = {"target.materials.hard.law": "rigid", "target.parts.stiffeners.material": "hard"}
+    for place in (ON_WEB, {"point": ON_WEB["point"]}):
+        on_web = {"sensors.w": {"kind": "strain", "along": [0.0, 1.0, 0.0], **place}}
+        with pytest.raises(
+            UserError, match=r"sensors\.w\.kind = strain: part stiffeners is of law = \"rigid\" and has"
+        ):
+            check(load_case("openradioss_panel", hard | on_web))
+    for free in ("free", {"in_plane": "0 N/mm^2", "transverse": "0 N/mm^2", "rotational": "0 kN*m/rad/m"}):
+        cell = {"target.supports.width_low": free, "sensors.w": {"kind": "reaction_force", "support": "width_low"}}
+        with pytest.raises(CaseError, match=r'support = "width_low" holds nothing; target.supports that hold: edges'):
+            load_case("openradioss_panel", cell)
+
+
+SPACING, PRESSURE = 5e-3, 3e6
+
+
+def pressed(heights: tuple[float, ...]) -> Bird:
+    """Layers of particles on a square, at these heights [m]."""
+    grid = np.stack(np.meshgrid(*[np.arange(-8, 9) * SPACING] * 2), axis=-1).reshape(-1, 2)
+    x = np.vstack([np.column_stack([grid, np.full(len(grid), height)]) for height in heights])
+    return Bird(x, np.zeros_like(x), SEED.rho0 * SPACING**3, 1.2 * SPACING, SEED, (1.0, 2.0))
+
+
+def test_a_pressure_gauge_feels_the_impact_side_of_its_own_part_alone():
+    """Particles press on both sides of a sheet and on another behind it: the gauge on the first read all three."""
+    places = np.meshgrid(np.linspace(-0.1, 0.1, 6), np.linspace(-0.1, 0.1, 6), indexing="ij")
+    sheets = [
+        Patch(name, np.stack([*places, np.full((6, 6), z)], axis=-1)) for name, z in (("front", 0.0), ("back", -0.02))
+    ]
+    nodes, quads, part = merged(sheets)
+    data = {name: PartData(2e-3, METAL) for name in ("front", "back")}
+    target = assembled(PartMesh(nodes, quads, part, ("front", "back"), {}), data, {})
+    off = 0.5 * (2e-3 + SPACING) - PRESSURE * SPACING / SEED.bulk_modulus
+    bird = pressed((off, -off, -0.02 + off))
+    contact = Contact(bird, target)
+    contact.update_forces(bird, target)
+    run: Any = SimpleNamespace(plate=target, contact=contact, bird=bird)
+    for part_of_gauge, z in (("front", "0 mm"), ("back", "-20 mm")):
+        gauge = {"kind": "pressure", "point": ["0 mm", "0 mm", z], "part": part_of_gauge, "radius": "20 mm"}
+        assert readings({"p": SENSORS.validate(gauge)}, run)["p"](run) == pytest.approx(PRESSURE, rel=0.02)

@@ -179,6 +179,28 @@ def test_johnson_cook_damage_in_uniaxial_tension_and_at_rate():
     assert fast.eps_p / fast.memory[WEAR] == pytest.approx(0.160 * 1.0967, rel=2e-3)
 
 
+def test_damage_by_rate_counts_from_rate0():
+    """At 1000/s and a rate0 of 10/s the strain at fracture is 1 + D4 ln(100) times that at rest."""
+    slow = TITANIUM | DAMAGE | {"c": 0.0, "rate0": "10 1/s"}
+    layer, dt, expected = layer_of(slow), 1e-3 / (1e3 * math.sqrt(3.0)), 0.0
+    for _ in range(60):
+        before = layer.eps_p
+        layer.strain(np.array([0.0, 0.0, 1e-3]), dt)
+        growth = layer.eps_p - before
+        expected += growth / (0.160 * (1.0 + 0.014 * math.log(max(growth / dt / 10.0, 1.0))))
+    assert layer.memory[WEAR] == pytest.approx(expected, rel=1e-9)
+    assert layer.eps_p / layer.memory[WEAR] == pytest.approx(0.160 * (1.0 + 0.014 * math.log(100.0)), rel=2e-3)
+
+
+def test_below_the_reference_temperature_damage_is_that_at_it():
+    """As the flow stress is: D1 = 0.1 at 130 K against a reference of 298 K and a melting point of 900 K."""
+    cold = TITANIUM | {"c": 0.0, "D": [0.1, 0.0, 0.0, 0.0, 4.0], "melt": "900 K", "specific_heat": "560 J/kg/K"}
+    layer = layer_of(cold | {"start": "130 K"})
+    while layer.eps_p < 0.03:
+        layer.strain(np.array([0.0, 0.0, 1e-3]))
+    assert layer.eps_p / layer.memory[WEAR] == pytest.approx(0.1, rel=1e-9)
+
+
 def test_a_hot_metal_yields_first_at_its_softened_stress_whatever_share_of_work_heats_it():
     """At 500 K the first yield is a (1 - T*^m); without heating by work the start's heat acts all the same."""
     softened = 1098e6 * (1.0 - ((500.0 - 298.15) / 1580.0) ** 1.1)
@@ -268,3 +290,46 @@ def test_a_fracture_energy_that_nothing_spends_is_refused(law):
     assert found[0].startswith("target.materials.skin.fracture_energy = 60 kN/m does nothing alone; give target.mat")
     ended = {"fracture_energy": "60 kN/m", "failure_strain": 0.1}
     assert not list(TARGET_LAWS[law].broken_rules(ended, "target.materials.skin"))
+
+
+@pytest.mark.parametrize(
+    ("law", "given", "said"),
+    [
+        (
+            "johnson_cook",
+            {"D": [0.0] * 5},
+            "D = [0.0, 0.0, 0.0, 0.0, 0.0] gives a strain at fracture of 0 in pure shear",
+        ),
+        ("johnson_cook", {"D": [-50.0, 1.0, 0.0, 0.0, 0.0]}, "gives a strain at fracture of -49 in uniaxial tension"),
+        (
+            "johnson_cook",
+            {"D": [-0.1, 0.11, -1.0, 0.0, 0.0]},
+            "strain at fracture of -0.0212 in uniaxial tension, where",
+        ),
+        (
+            "johnson_cook",
+            DAMAGE,
+            "D: its fifth constant, 3.87, does nothing alone; give target.materials.skin.melt and",
+        ),
+        (
+            "johnson_cook",
+            {"rate0": "10 1/s"},
+            "rate0 = 10 1/s does nothing alone; give target.materials.skin.c or D too",
+        ),
+        (
+            "bilinear",
+            {"rate_p": 4.0},
+            "rate_p = 4.0 does nothing alone; give target.materials.skin.rate_c too, or leave",
+        ),
+        ("power", {"rate_p": 4.0}, "rate_p = 4.0 does nothing alone"),
+        ("tabulated", {"rate_p": 4.0}, "rate_p = 4.0 does nothing alone"),
+    ],
+)
+def test_constants_without_an_effect_or_a_strain_at_fracture_are_refused(law, given, said):
+    found = list(TARGET_LAWS[law].broken_rules(given, "target.materials.skin"))
+    assert any(said in line for line in found), found
+
+
+@pytest.mark.parametrize("given", [DAMAGE | HEAT, DAMAGE | HEAT | {"rate0": "10 1/s"}, {"c": 0.01, "rate0": "1 1/s"}])
+def test_constants_of_the_literature_are_taken(given):
+    assert list(TARGET_LAWS["johnson_cook"].broken_rules(given, "target.materials.skin")) == []

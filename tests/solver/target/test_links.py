@@ -183,6 +183,21 @@ def test_a_tied_plate_vibrates_as_one_whose_nodes_are_merged():
     assert natural_frequencies(tied(parts), 10)[0][6:] == pytest.approx(first, rel=2e-5)
 
 
+def test_a_tied_node_gives_its_mass_and_the_inertia_of_its_arm_to_those_that_it_follows():
+    """As much mass in all, and for each follower m arm^2 more inertia about the nodes that carry it."""
+    parts = parts_of(
+        {"skin": level((-0.06, 0.06), (-0.06, 0.06), (3, 3)), "web": level((-0.03, 0.03), (0.0, 0.03), (2, 1))}
+    )
+    parts.nodes[parts.sets["web"], 2] -= 5e-3
+    free, bound = target_of(parts, LinkData()), target_of(parts, LinkData({"bond": TieData("web", "skin", 6e-3)}))
+    assert list(ties_in(bound).followers) == list(parts.sets["web"])
+    carried = free.mass[parts.sets["web"]].sum()
+    assert carried > 0.0
+    assert bound.mass.sum() == pytest.approx(free.mass.sum(), rel=1e-12)
+    assert bound.inertia.sum() == pytest.approx(free.inertia.sum() + carried * 5e-3**2, rel=1e-12)
+    assert 5e-3**2 * carried > 0.01 * free.inertia.sum()
+
+
 RIVET = RivetData(2e7, 3e7, 100.0, tension=3500.0, shear=4500.0)
 
 
@@ -437,6 +452,27 @@ def test_bad_joints_are_named(changes, message):
     with pytest.raises(CaseError) as error:
         load_case("openradioss_panel", changes)
     assert any(message in line for line in error.value.errors), error.value.errors
+
+
+@pytest.mark.parametrize(
+    ("x", "said"),
+    [(0.011, "1 mm beyond the edge of front"), (-0.02, "10 mm beyond the edge of back"), (0.01, ""), (-0.01, "")],
+)
+def test_a_rivet_beyond_the_edge_of_a_part_is_refused(x, said):
+    """Its axis was slanted from one edge to the other part, by which tension and shear changed places."""
+    row = Row(np.array([[x, 0.0, -1e-3]]), ("front", "back"))
+    parts = parts_of(
+        {
+            "front": level((-0.05, 0.01), (-0.01, 0.01), (6, 2)),
+            "back": level((-0.01, 0.05), (-0.01, 0.01), (6, 2), -2e-3),
+        }
+    )
+    links = LinkData({}, (("row", row, RIVET),))
+    if said:
+        with pytest.raises(UserError, match=rf"target\.rivets\.row: rivet 1 .* lies {said}, which it joins; place it"):
+            target_of(parts, links)
+        return
+    assert rivets_in(target_of(parts, links)).along[0] == pytest.approx([0.0, 0.0, -1.0], abs=1e-12)
 
 
 def test_rivets_through_air_are_told():
