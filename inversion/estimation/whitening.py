@@ -16,7 +16,7 @@ from scipy.stats import chi2
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.misfit import rms
-from birdstrike.inversion.observations.noise import autocorrelation, integrated, neighbour_correlation
+from birdstrike.inversion.observations.autocorrelation import autocorrelation, integrated, neighbour_correlation
 from birdstrike.inversion.observations.observations import Channel, Observations
 from birdstrike.inversion.results.fit import ResidualCorrelation
 

@@ -87,12 +87,18 @@ def terms(times: Array, count: int, frequency: float, middle: float) -> Array:
 
 
 def hum_of(times: Array, values: Array) -> float:
-    """Frequency of the mains hum in the record before contact [Hz]; 0 where there is none, or it is too short."""
-    span = float(np.ptp(times)) if len(times) else 0.0
-    line = _left(times, values, 0.0)
-    found = {f: _left(times, values, f) for f in MAINS if span * f >= WHOLE_PERIODS}
-    best = min(found, key=lambda f: found[f], default=0.0)
-    return best if best and found[best] < (1.0 - EXPLAINED) * line else 0.0
+    """Frequency of the mains hum in the record before contact [Hz]; 0 where there is none, or it is too short.
+
+    The frequencies compete also where only the higher is spanned, which must then be clearly better: a hum of 50 Hz
+    would pass for one of 60 Hz.
+    """
+    spanned = {f: float(np.ptp(times)) * f >= WHOLE_PERIODS for f in MAINS}
+    if not any(spanned.values()):
+        return 0.0
+    line, found = _left(times, values, 0.0), {f: _left(times, values, f) for f in MAINS}
+    best, other = sorted(MAINS, key=lambda f: found[f])
+    clear = spanned[other] or found[other] - found[best] > CLEAR**2 * found[best] / len(times)
+    return best if spanned[best] and clear and found[best] < (1.0 - EXPLAINED) * line else 0.0
 
 
 def _left(times: Array, values: Array, frequency: float) -> float:
@@ -102,13 +108,26 @@ def _left(times: Array, values: Array, frequency: float) -> float:
     return float(residual @ residual)
 
 
-def baseline_of(times: Array, values: Array, level: float, hum: float, correlation: float) -> Baseline | None:
+def constant_baseline(times: Array, reading: float, rounding: float) -> Baseline:
+    """The baseline of readings that are all the same; rounding: standard deviation of the digitiser's rounding, SI."""
+    return Baseline(
+        kind=SHIFTED,
+        middle=float(times.mean()),
+        frequency=0.0,
+        coefficients=np.array([reading]),
+        covariance=np.array([[rounding**2]]),
+        bend=0.0,
+        points=len(times),
+    )
+
+
+def baseline_of(times: Array, values: Array, worth: float, hum: float, rounding: float = 0.0) -> Baseline | None:
     """The baseline of a record before contact, None where nothing but noise shows.
 
-    times, values: (n,) before contact; level: of the noise, SI; hum: frequency of the mains [Hz], 0 without;
-    correlation: of neighbouring points' noise, which makes the points worth less.
+    times, values: (n,) before contact; worth: variance of the noise, times n over the number of independent points, SI;
+    hum: frequency of the mains [Hz], 0 without; rounding: standard deviation of a digitiser's rounding that the noise
+    does not average out, SI.
     """
-    worth = level**2 * (1.0 + correlation) / (1.0 - min(correlation, 0.99))
     for count in (4, 2, 1) if hum else (2, 1):
         middle = float(times.mean())
         rows = terms(times, count, hum if count == 4 else 0.0, middle)
@@ -120,12 +139,14 @@ def baseline_of(times: Array, values: Array, level: float, hum: float, correlati
             kind = {1: SHIFTED, 2: DRIFTED, 4: f"offset and hum of {hum:g} Hz"}[count]
             bend = float(np.hypot(found[1] * BEND, bend)) if count == 2 else 0.0
             frequency = hum if count == 4 else 0.0
+            covariance = worth * inverse
+            covariance[0, 0] += rounding**2
             return Baseline(
                 kind=kind,
                 middle=middle,
                 frequency=frequency,
                 coefficients=found,
-                covariance=worth * inverse,
+                covariance=covariance,
                 bend=bend,
                 points=len(times),
             )

@@ -9,14 +9,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import correlate
 from scipy.stats import chi2, median_abs_deviation
 from scipy.stats import f as f_distribution
 
 from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.misfit import rms
-from birdstrike.inversion.observations.baseline import Baseline, baseline_of, hum_of, terms
+from birdstrike.inversion.observations.autocorrelation import WHITE, Autocorrelation
+from birdstrike.inversion.observations.baseline import Baseline, baseline_of, constant_baseline, hum_of, terms
 from birdstrike.inversion.observations.high_frequency import ROUNDED, digitiser_step
 
 FEWEST_FOR_LEVEL = 8  # points before contact from which a noise level is taken where none is stated
@@ -25,8 +25,8 @@ REJECT = 0.05  # level of the test of a stated noise against the record before c
 LINE, WITH_HUM = 2, 4  # terms, each a degree of freedom, of the straight line before contact, and with the mains' hum
 SPIKE = 8.0  # robust standard deviations about the straight line before contact
 ROUNDING = 1e-12  # of the largest value: less is the rounding of the line, not noise
-CORRELATED = 2.6  # lag-1 correlation times sqrt(n): beyond it the noise is not white (0.5 % of white records)
-MOST = 0.99  # correlation of neighbouring points
+FITTED_SHARE = 0.5  # of the points, at most, that the terms of the baseline take from the level of a correlated noise
+DIGITISER = "digitiser's step"  # source of a noise that is mostly rounding
 ASSUMED = 0.01  # of the channel's peak, where nothing is known of the noise
 SURE = 0.005  # level of the test of a stated noise against the scatter of neighbouring points
 LARGER = 1.2  # times what is stated: less is no contradiction
@@ -43,8 +43,7 @@ class Noise:
     sigma: (n,) standard deviation, SI; correlation_time: of exp(-dt/time) between points [s], 0 where white; source:
     where the level comes from; freedom: degrees of freedom behind it, inf where it was stated; known: False where it is
     a tolerance that nobody measured; before: level and number of points of the record before contact, where there are
-    enough; lasting: correlation time [s] of the first-order process whose averages over many points scatter as this
-    noise's do, 0 where it is white or a digitiser's rounding.
+    enough.
     """
 
     sigma: Array
@@ -53,7 +52,6 @@ class Noise:
     freedom: float = np.inf
     known: bool = True
     before: tuple[float, int] | None = None
-    lasting: float = 0.0
 
     @property
     def level(self) -> float:
@@ -81,31 +79,6 @@ class Noise:
         return later + later.T + np.diag(np.einsum("ni,nij,nj->n", sigma, inside, sigma) / block**2)
 
 
-def autocorrelation(residual: Array) -> Array:
-    """(n,) rho_k of a residual (n,) about zero at k points' distance."""
-    products = correlate(residual, residual, method="fft")[len(residual) - 1 :]
-    return products / products[0]
-
-
-def integrated(rho: Array) -> float:
-    """tau = 1 + 2 sum_k rho_k of autocorrelations (n,): n points are worth n / tau independent ones.
-
-    The sum ends at the first pair rho_2m + rho_2m+1 <= 0 (initial positive sequence: Geyer, Statistical Science 7
-    (1992) 473, sect. 3.3).
-    """
-    pairs = rho[: len(rho) - len(rho) % 2].reshape(-1, 2).sum(axis=1)
-    ended = np.append(np.flatnonzero(pairs <= 0.0), len(pairs))[0]
-    return 2.0 * float(pairs[:ended].sum()) - 1.0
-
-
-def neighbour_correlation(times: Array, correlation_time: float) -> Array:
-    """(n,) correlation exp(-dt/time) of each point's noise with that of the point before; 0 at the first, and of white
-    noise."""
-    if not correlation_time:
-        return np.zeros(len(times))
-    return np.append(0.0, np.exp(-np.diff(times) / correlation_time))
-
-
 @dataclass(frozen=True)
 class BeforeContact:
     """The record while the plate is at rest: times [s], residual about its straight line and hum, offset and level, SI.
@@ -113,7 +86,8 @@ class BeforeContact:
     offset: mean reading, which should be 0; level: standard deviation about the line, None where the points are too few
     or all on the line; values: the readings without single spikes; hum: frequency of the mains in them [Hz], 0 without;
     moves: True where the record is not at rest, so that its clock is ahead of the case's: it then gives no noise;
-    fitted: terms of the baseline that the residual is about, 2 of a line, 4 with a hum.
+    fitted: terms of the baseline that the residual is about, 2 of a line, 4 with a hum; correlation: of the residual;
+    rounding: standard deviation of a digitiser's rounding that the mean does not average out, SI.
     """
 
     times: Array
@@ -124,12 +98,15 @@ class BeforeContact:
     hum: float = 0.0
     moves: bool = False
     fitted: int = LINE
+    correlation: Autocorrelation = WHITE
+    rounding: float = 0.0
 
     @classmethod
-    def of(cls, times: Array, values: Array, peak: float, length: float = 0.0) -> BeforeContact:
+    def of(cls, times: Array, values: Array, peak: float, length: float = 0.0, step: float = 0.0) -> BeforeContact:
         """From the points before contact; offset and drift of a sensor are no noise, nor are single spikes.
 
-        length: of the response [s]: a drift that would carry the record off by a third of its peak is none.
+        length: of the response [s]: a drift that would carry the record off by a third of its peak is none; step: of
+        the channel's digitiser, SI, 0 without.
         """
         if len(times) < FEWEST_FOR_LEVEL:
             return cls(times, values, 0.0, None)
@@ -151,13 +128,26 @@ class BeforeContact:
                 fitted=rows.shape[1],
             )
         noisy = float(np.std(residual)) > ROUNDING * peak
-        level = float(np.sqrt(residual @ residual / (len(residual) - rows.shape[1]))) if noisy else None
-        return cls(times, residual, float(values.mean()), level, values, hum, fitted=rows.shape[1])
+        correlation = Autocorrelation.of(residual) if noisy and len(times) >= FEWEST_FOR_TEST else WHITE
+        level = (
+            float(np.sqrt(residual @ residual / _counting(len(times), rows.shape[1], correlation))) if noisy else None
+        )
+        return cls(
+            times=times,
+            residual=residual,
+            offset=float(values.mean()),
+            level=level,
+            values=values,
+            hum=hum,
+            fitted=rows.shape[1],
+            correlation=correlation,
+            rounding=_rounding_of_mean(values, level or 0.0, step),
+        )
 
     @property
-    def freedom(self) -> int:
-        """Degrees of freedom of the level: points less the terms fitted to them."""
-        return len(self.times) - self.fitted
+    def freedom(self) -> float:
+        """Degrees of freedom of the level: points less the terms fitted to them, fewer where they are correlated."""
+        return _counting(len(self.times), self.fitted, self.correlation) / self.correlation.of_variance
 
     @property
     def tests(self) -> bool:
@@ -167,17 +157,41 @@ class BeforeContact:
     @property
     def baseline(self) -> Baseline | None:
         """The reading at rest, None where it is zero or the points are too few."""
+        if self.constant:
+            return constant_baseline(self.times, float(self.values[0]), self.rounding)
         if not self.tests or self.level is None:
             return None
-        return baseline_of(self.times, self.values, self.level, self.hum, self.correlation)
+        worth = self.level**2 * self.correlation.of_mean
+        return baseline_of(self.times, self.values, worth, self.hum, self.rounding)
 
     @property
-    def correlation(self) -> float:
-        """Of neighbouring points; 0 where it is not clear."""
-        if not self.tests:
-            return 0.0
-        rho = float(self.residual[1:] @ self.residual[:-1] / (self.residual @ self.residual))
-        return rho if rho * np.sqrt(len(self.residual)) >= CORRELATED else 0.0
+    def constant(self) -> bool:
+        """Whether every reading is the same and not 0, as those of a coarse digitiser are."""
+        return len(self.values) >= FEWEST_FOR_TEST and not np.ptp(self.values) and bool(self.values[0])
+
+    @property
+    def beyond_noise(self) -> bool:
+        """Whether the mean reading is not 0, and by more than the noise."""
+        return self.constant or (self.tests and abs(self.offset) > (self.level or 0.0))
+
+
+def _counting(points: int, fitted: int, correlation: Autocorrelation) -> float:
+    """The points that count in the variance about a fit: of correlated noise a fitted term takes more than one."""
+    taken = fitted * correlation.of_mean
+    return points - (min(taken, FITTED_SHARE * points) if correlation.r else taken)
+
+
+def _rounding_of_mean(values: Array, level: float, step: float) -> float:
+    """What rounding leaves in the mean of readings (n,), SI; level: their scatter; step: of the digitiser, 0 without.
+
+    step / sqrt(12) where they stand on one step or two, whatever they scatter by; of Gaussian noise of standard
+    deviation sigma, which scatters by (sigma^2 + step^2 / 12)^0.5, exp(-2 pi^2 sigma^2 / step^2) of it (Widrow and
+    Kollar, Quantization Noise, Cambridge 2008, ch. 4).
+    """
+    if not step:
+        return 0.0
+    own = max((level / step) ** 2 - 1.0 / ROUNDED**2, 0.0) if len(np.unique(values)) > 2 else 0.0
+    return float(step / ROUNDED * np.exp(-2.0 * np.pi**2 * own))
 
 
 def _runs_off(rows: Array, residual: Array, slope: float, length: float, peak: float) -> bool:
@@ -325,7 +339,7 @@ def with_digitiser(name: str, unit: str, noise: Noise, times: Array, values: Arr
     )
     sigma = np.hypot(noise.sigma, rounding)
     time = max(noise.correlation_time, correlation)
-    return replace(noise, sigma=sigma, correlation_time=time, source="digitiser's step", lasting=0.0), (text,)
+    return replace(noise, sigma=sigma, correlation_time=time, source=DIGITISER), (text,)
 
 
 def _of_the_record(before: BeforeContact, stated: Stated, white: tuple[float, float] | None) -> Noise | None:
@@ -389,15 +403,13 @@ def _agrees(stated: float, before: BeforeContact) -> bool:
 
 def _correlated(name: str, noise: Noise, before: BeforeContact) -> tuple[Noise, tuple[str, ...]]:
     """The noise with the correlation of the record before contact, where that is clear."""
-    rho = before.correlation
-    if not rho:
+    correlation = before.correlation
+    correlation_time = correlation.time(float(np.median(np.diff(before.times))))
+    if not correlation_time:
         return noise, ()
-    tau = integrated(autocorrelation(before.residual))
-    step = float(np.median(np.diff(before.times)))
-    correlation_time, lasting = (-step / np.log(min(one, MOST)) for one in (rho, (tau - 1.0) / (tau + 1.0)))
     text = (
-        f"{plain(name)}: the noise before contact is correlated ({rho:.2f} between neighbours): averages gain less "
-        "from their number of points, and intervals are wider than with white noise; look for hum or a filter in the "
-        "measuring chain"
+        f"{plain(name)}: the noise before contact is correlated ({correlation.neighbours:.2f} between neighbours): "
+        "averages gain less from their number of points, and intervals are wider than with white noise; look for hum "
+        "or a filter in the measuring chain"
     )
-    return replace(noise, correlation_time=correlation_time, lasting=lasting), (text,)
+    return replace(noise, correlation_time=correlation_time), (text,)

@@ -12,7 +12,8 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.observations.noise import neighbour_correlation
+from birdstrike.inversion.observations.autocorrelation import neighbour_correlation
+from birdstrike.inversion.observations.noise import DIGITISER
 from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord, Expected, read_record
 
 
@@ -21,7 +22,8 @@ class Channel:
     """One sensor's points, (n,) each: times [s] on the record's clock, values SI, noise (standard deviation) SI.
 
     values: the reading at rest subtracted where the record before contact shows it; record: what they were read from;
-    correlation_time: of the noise, exp(-dt/time) between points [s], 0 where it is not known to be correlated.
+    correlation_time: of the noise, exp(-dt/time) between points [s], 0 where it is not known to be correlated, and of a
+    digitiser's rounding, which no first-order process describes.
     """
 
     name: str
@@ -122,7 +124,7 @@ def observed(measured: Measured, expected: Expected) -> Observations:
             noise=c.noise.sigma,
             noise_source=c.noise.source if c.noise.known else "assumed",
             record=c,
-            correlation_time=c.noise.lasting,
+            correlation_time=0.0 if c.noise.source == DIGITISER else c.noise.correlation_time,
         )
         for c in read
     )

@@ -14,7 +14,9 @@ CLIPPED_RUN = 4  # equal readings in a row
 CLIPPED_SHARE = 0.5  # of the peak: a record at rest repeats itself without being clipped
 OUTLIER = 8.0  # robust standard deviations
 UNEVEN = 0.5  # of a step
-STEPS_BESIDE = 4  # part of a flat top's length on which its sides must be one step lower to be a smooth peak
+STEPS_BESIDE = 4  # part of the length of equal readings over which those on both sides must go on smoothly
+FEW_EQUAL = 24  # readings of a smooth curve that noise of less than a step has made equal
+ROUNDING = 0.1  # of a step
 GUARD = 4.0  # standard deviations of the noise: one reading in 30 000 is farther off
 BESIDE_MEAN = 5  # readings
 MISSING = 1.5  # of a step between two readings: more is a gap
@@ -85,10 +87,19 @@ def clipped(values: Array) -> NDArray[np.bool_]:
 
 
 def _rounded(values: Array, begin: int, end: int) -> bool:
-    """Whether a flat top is a smooth peak in steps of a digitiser: on both sides one step lower, several times."""
-    step, room = digitiser_step(values), max(2, (end - begin) // STEPS_BESIDE)
+    """Whether equal readings are a smooth curve in steps of a digitiser: the readings on both sides go on from them.
+
+    A parabola that stays within one step over a length 2 h lies, at a distance d beyond its end, at most (1 + d / h)^2
+    steps off (Chebyshev). One step more is granted to noise: where the readings beside go up and down, and where so few
+    are equal that noise may have made them so.
+    """
+    step, length = digitiser_step(values), end - begin
+    room = max(2, length // STEPS_BESIDE)
+    around = [np.diff(values[max(begin - length, 0) : begin]), np.diff(values[end : end + length])]
+    noisy = length < FEW_EQUAL or any((part > 0.0).any() and (part < 0.0).any() for part in around)
+    far = (1.0 + 2.0 * room / (length - 1)) ** 2 + noisy + ROUNDING
     beside = [values[max(begin - room, 0) : begin], values[end : end + room]]
-    return step > 0.0 and all(len(part) == room and np.ptp([*part, values[begin]]) < 1.5 * step for part in beside)
+    return step > 0.0 and all(len(part) == room and np.abs(part - values[begin]).max() < far * step for part in beside)
 
 
 def beside_clipped(values: Array, flat: NDArray[np.bool_], sigma: float) -> NDArray[np.bool_]:
@@ -232,16 +243,17 @@ def lost_at_the_extreme(times: Array, values: Array) -> NDArray[np.bool_]:
 def frozen(values: Array) -> NDArray[np.bool_]:
     """(n,) True where a logger or a broken sensor has repeated one reading eight times or more.
 
-    Not at the record's beginning, where a sensor is at rest, nor in records that a coarse digitiser makes repeat
-    themselves anyway.
+    Not as long as a sensor has read the same to a step since the record's beginning, where it is at rest, nor on a
+    smooth curve in steps, nor in records that a coarse digitiser makes repeat themselves anyway.
     """
     marked = np.zeros(len(values), dtype=bool)
     if len(values) < FEWEST:
         return marked
     begins, ends = _stretches(np.append(np.diff(values) == 0.0, False))
-    long = (ends - begins >= FROZEN_RUN - 1) & (begins > 0)
+    long, step = ends - begins >= FROZEN_RUN - 1, digitiser_step(values)
     for begin, end in zip(begins[long], ends[long], strict=True):
-        marked[begin : end + 1] = True
+        rests = bool((np.abs(values[:begin] - values[begin]) < 1.5 * step).all())
+        marked[begin : end + 1] = not rests and not _rounded(values, begin, end + 1)
     rest = np.diff(values[~marked])
     coarse = len(rest) == 0 or np.mean(rest[np.flatnonzero(rest)[0] if rest.any() else 0 :] == 0.0) > REPEATS
     return np.zeros(len(values), dtype=bool) if coarse else marked

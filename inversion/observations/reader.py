@@ -20,7 +20,7 @@ from birdstrike.data.errors import MeasuredError
 from birdstrike.data.formatting import many, plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.baseline import Baseline
-from birdstrike.inversion.observations.high_frequency import white_scatter
+from birdstrike.inversion.observations.high_frequency import digitiser_step, white_scatter
 from birdstrike.inversion.observations.noise import BeforeContact, Noise, Stated, channel_noise, with_digitiser
 from birdstrike.inversion.observations.outliers import (
     beside_clipped,
@@ -417,7 +417,11 @@ def _before_contact(points: _Points, expected: Expected) -> BeforeContact:
     early = points.times < expected.rest_until
     times, values = points.used
     return BeforeContact.of(
-        points.times[early], points.values[early], float(np.abs(values).max()), float(np.ptp(times))
+        times=points.times[early],
+        values=points.values[early],
+        peak=float(np.abs(values).max()),
+        length=float(np.ptp(times)),
+        step=digitiser_step(values),
     )
 
 
@@ -475,11 +479,12 @@ def _zero(name: str, unit: str, before: BeforeContact, baseline: Baseline | None
     """A sensor that does not read zero before contact; baseline: where it has been subtracted."""
     if baseline is not None:
         return (baseline.sentence(name, unit),)
-    if not before.tests or abs(before.offset) <= (before.level or 0.0):
+    if not before.beyond_noise:
         return ()
+    how = "at every point before contact" if before.constant else "before contact, beyond its noise"
     text = (
-        f"{plain(name)} reads {quantity(before.offset, unit, 2)} before contact, beyond its noise: the fit takes this "
-        "offset for part of the response; subtract it from the record: birdstrike import --zero"
+        f"{plain(name)} reads {quantity(before.offset, unit, 2)} {how}: the fit takes this offset for part of the "
+        "response; subtract it from the record: birdstrike import --zero"
     )
     return (text,)
 

@@ -7,7 +7,8 @@ import pytest
 
 from birdstrike.inversion.estimation.whitening import Whitening, correlated, uncorrelated
 from birdstrike.inversion.misfit import relative, rmse, whitened
-from birdstrike.inversion.observations.noise import Noise, neighbour_correlation
+from birdstrike.inversion.observations.autocorrelation import neighbour_correlation
+from birdstrike.inversion.observations.noise import Noise
 
 
 @pytest.mark.parametrize("columns", [6, 20, 50])

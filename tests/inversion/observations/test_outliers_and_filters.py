@@ -11,7 +11,17 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.inversion.observations import outliers as module
 from birdstrike.inversion.observations.noise import Noise, with_digitiser
 from birdstrike.inversion.observations.observations import observe
-from birdstrike.inversion.observations.outliers import _stretches, clipped, dropouts, jumps, outliers, saturated
+from birdstrike.inversion.observations.outliers import (
+    _stretches,
+    beside_clipped,
+    clipped,
+    dropouts,
+    frozen,
+    jumps,
+    lost_at_the_extreme,
+    outliers,
+    saturated,
+)
 from tests.inversion.stand_in import CHANNEL, record, truth
 
 STEP = 5e-6
@@ -129,3 +139,61 @@ def test_a_single_reading_far_beyond_the_noise_is_no_flat_top() -> None:
     values = np.random.default_rng(0).normal(0.0, 1e-5, 100)
     values[50] = -1e17
     assert not saturated(values, 1e-5).any()
+
+
+def rounded(step: float, spacing: float, noise: float, seed: int) -> np.ndarray:
+    """A smooth peak of 5 mm in steps of a digitiser, its zero anywhere between two; noise: in steps."""
+    rng, clock = np.random.default_rng(seed), np.arange(-2e-4, 2.6e-3, spacing)
+    smooth = 5e-3 * np.sin(np.pi * np.maximum(clock, 0.0) / 3e-3)
+    return step * np.round(smooth / step + noise * rng.normal(size=len(clock)) + rng.uniform())
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3, 0.5])
+@pytest.mark.parametrize(("step", "spacing"), [(1e-6, 5e-6), (1e-6, 2e-6), (5e-6, 2e-5), (2e-5, 1e-6), (2e-4, 5e-6)])
+def test_a_smooth_peak_in_steps_is_neither_clipped_nor_frozen(step: float, spacing: float, noise: float) -> None:
+    """Of these 15 x 12 records 42 had readings cut, as from a stopped logger or an amplifier at its end."""
+    cut = 0
+    for seed in range(12):
+        values = rounded(step, spacing, noise, seed)
+        cut += bool(clipped(values).any() or frozen(values).any())
+    assert cut <= 1
+
+
+@pytest.mark.parametrize("share", [0.6, 0.8, 0.95])
+@pytest.mark.parametrize(("step", "spacing"), [(1e-6, 5e-6), (5e-6, 2e-5), (2e-5, 1e-6)])
+def test_a_clipped_peak_in_steps_is_clipped(step: float, spacing: float, share: float) -> None:
+    for seed in range(12):
+        values = rounded(step, spacing, 0.3, seed)
+        end = step * np.round(share * 5e-3 / step)
+        np.testing.assert_array_equal(clipped(np.minimum(values, end)), values >= end)
+
+
+def test_a_logger_that_stops_at_a_fine_step_is_frozen() -> None:
+    for seed in range(12):
+        values = rounded(1e-6, 5e-6, 0.3, seed)[60:]
+        values[200:212] = values[200]
+        assert frozen(values)[200:212].all()
+
+
+def test_readings_beside_a_clipped_stretch_go_until_their_mean_is_four_standard_deviations_off() -> None:
+    values = np.concatenate([np.zeros(10), np.full(10, 6.5), np.full(10, 10.0), np.full(10, 6.5), np.zeros(10)])
+    beside = beside_clipped(values, values == 10.0, 1.0)  # 3.5 off, until one of the five is 10
+    assert np.flatnonzero(beside).tolist() == [*range(14, 20), *range(30, 36)]
+
+
+def test_one_empty_cell_at_the_extreme_is_an_overload() -> None:
+    """Two steps between readings; elsewhere there is one."""
+    times = np.arange(40.0)
+    values = np.sin(np.pi * times / 39.0)
+    values[20] = np.nan
+    assert np.flatnonzero(lost_at_the_extreme(times, values)).tolist() == [20]
+
+
+def test_a_lost_sample_near_the_curve_is_found_by_those_far_from_it() -> None:
+    """-0.5 mm again and again: far from 5 mm, and by half of that limit from the readings about it."""
+    values = 5.0 * np.sin(np.linspace(0.0, np.pi, 201))
+    values += 0.02 * np.random.default_rng(0).normal(size=201)
+    usual = max(0.05 * 5.0, 20.0 * float(np.median(np.abs(np.diff(values)))))
+    lost = np.array([60, 90, 120, 3])
+    values[lost] = float(np.median(values[[0, 1, 2, 4, 5, 6, 7, 8]])) - 0.5 * usual
+    np.testing.assert_array_equal(np.flatnonzero(dropouts(values)), np.sort(lost))

@@ -80,6 +80,14 @@ def test_a_record_that_has_lost_its_peak_is_not_taken_for_one_in_another_unit(da
     assert "near a thousand" in said(small, dataset)[0]
 
 
+def test_the_factor_of_a_record_that_ends_early_is_that_of_the_runs_until_there(dataset: Dataset) -> None:
+    """A thousandth, until 0.6 ms, where the runs have reached two thirds of their peaks."""
+    values = np.where(CLOCK < 0.6e-3, 1e-3 * pulse(truth(0.5), CLOCK), np.nan)
+    (text,) = said(replace(shot(), channels={CHANNEL: values}), dataset)
+    factor = float(text.split(" times smaller")[0].rsplit(", ", 1)[1])
+    assert factor == pytest.approx(1000.0, rel=0.1)
+
+
 def test_a_good_record_raises_no_word(dataset: Dataset) -> None:
     for share in (0.1, 0.45, 0.9):
         assert not said(record(truth(share), CLOCK, SIGMA), dataset)

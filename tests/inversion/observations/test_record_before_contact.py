@@ -1,0 +1,206 @@
+"""What the record before contact gives: correlation, level and zero, under filters, mains hum and coarse digitisers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import butter, lfilter, sosfilt
+
+from birdstrike.data.curves import Measured
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.shots import averaged
+from birdstrike.inversion.diagnosis.shots import read_record as read_for_diagnosis
+from birdstrike.inversion.observations.autocorrelation import Autocorrelation
+from birdstrike.inversion.observations.baseline import Baseline, hum_of
+from birdstrike.inversion.observations.noise import BeforeContact, Noise, with_digitiser
+from birdstrike.inversion.observations.reader import ChannelRecord, Expected, read_record
+from tests.inversion.stand_in import CHANNEL, START, pulse, truth
+
+SIGMA = 2e-5
+END = 2.6e-3
+EXPECTED = Expected({CHANNEL: "m"}, 0.0, END, START)
+
+
+def instants(before: float, rate: float) -> Array:
+    return np.arange(-round(before * rate), round(END * rate)) / rate
+
+
+def first_order(rho: float, n: int, seed: int) -> Array:
+    white = np.random.default_rng(seed).normal(size=n + 1000)
+    return np.asarray(lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], white))[1000:]
+
+
+def filtered(n: int, rate: float, corner: float, seed: int) -> Array:
+    """Noise of standard deviation SIGMA behind a Butterworth filter of two poles."""
+    stages = butter(2, corner, fs=rate, output="sos")
+    long = sosfilt(stages, np.random.default_rng(99).normal(size=200000))
+    own = sosfilt(stages, np.random.default_rng(seed).normal(size=n + 5000))
+    return SIGMA / float(np.std(long)) * np.asarray(own)[5000:]
+
+
+def shot(clock: Array, added: Array | float) -> Measured:
+    """The pulse and what an instrument has added [m]."""
+    return Measured(clock, {CHANNEL: pulse(truth(0.5), clock) + added}, {}, {CHANNEL: "m"})
+
+
+def read(measured: Measured, expected: Expected = EXPECTED, zero: bool = True) -> ChannelRecord:
+    return read_record(measured, expected, test_stated=False, zero=zero)[0]
+
+
+def zero_of(record: ChannelRecord) -> Baseline:
+    assert record.baseline is not None
+    return record.baseline
+
+
+@pytest.mark.parametrize("rho", [0.6, 0.95, 0.995])
+def test_a_first_order_process_gives_back_its_correlation_time(rho: float) -> None:
+    found = [Autocorrelation.of(first_order(rho, 20000, seed)) for seed in range(8)]
+    assert np.mean([one.time(1e-6) for one in found]) == pytest.approx(-1e-6 / np.log(rho), rel=0.1)
+    assert np.mean([one.of_mean for one in found]) == pytest.approx((1.0 + rho) / (1.0 - rho), rel=0.1)
+    assert np.mean([one.of_variance for one in found]) == pytest.approx((1.0 + rho**2) / (1.0 - rho**2), rel=0.15)
+
+
+def test_white_noise_on_a_slow_bend_keeps_the_correlation_of_its_neighbours() -> None:
+    """Half the variance is white: a long correlation time would leave no room for it."""
+    clock = np.linspace(-1.0, 1.0, 2000)
+    bend = (clock**2 - 1.0 / 3.0) / np.sqrt(4.0 / 45.0)
+    found = Autocorrelation.of(bend + np.random.default_rng(0).normal(size=2000))
+    assert found.r == found.neighbours == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize(("rate", "corner"), [(1e6, 20e3), (1e6, 50e3), (2e5, 20e3)])
+def test_oversampled_noise_of_a_filter_fits_the_covariance_of_a_diagnosis(rate: float, corner: float) -> None:
+    """Chi-square a point of noise alone, 1 where the covariance is right: by the neighbours' correlation 1.8 to 4.1."""
+    found, clock = [], instants(3e-3, rate)
+    for seed in range(4):
+        noise = filtered(len(clock), rate, corner, seed)
+        (trace,) = read_for_diagnosis(shot(clock, noise), EXPECTED).traces
+        points = averaged(noise[np.isin(clock, trace.times)], trace.block)
+        found.append(points @ np.linalg.solve(trace.covariance(), points) / len(points))
+    assert 0.6 < np.mean(found) < 1.45
+
+
+def test_a_right_noise_stands_although_a_filter_has_made_few_points_independent() -> None:
+    """20 kHz noise at 1 MHz, 300 points before contact: by all its points the test rejected 18 of 24 right levels."""
+    clock, stated = instants(0.0, 1e6), replace(EXPECTED, noise={CHANNEL: SIGMA})
+    found = [read_record(shot(clock, filtered(len(clock), 1e6, 20e3, seed)), stated)[0].noise for seed in range(24)]
+    assert [noise.source for noise in found].count("case") >= 21
+    own = [read(shot(clock, filtered(len(clock), 1e6, 20e3, seed))).noise.level for seed in range(24)]
+    assert np.mean(own) == pytest.approx(SIGMA, rel=0.08)  # without what the straight line takes it is 0.91
+
+
+def test_the_zero_of_correlated_noise_is_as_uncertain_as_it_says() -> None:
+    """Of 60 sensors that read 0.2 mm: error over its standard deviation."""
+    clock = instants(8e-3, 2e5)
+    apart = []
+    for seed in range(60):
+        zero = zero_of(read(shot(clock, 2e-4 + SIGMA * first_order(0.9, len(clock), seed))))
+        apart.append((zero.at(np.array([zero.middle]))[0] - 2e-4) / np.sqrt(zero.covariance[0, 0]))
+    assert 0.8 < np.sqrt(np.mean(np.square(apart))) < 1.3
+
+
+@pytest.mark.parametrize("before", [13.5e-3, 14e-3, 15.5e-3])
+def test_a_hum_of_50_hz_that_is_not_spanned_does_not_pass_for_one_of_60_hz(before: float) -> None:
+    """At 0.3 mm what was carried on was off by 33 to 47 of its standard deviations."""
+    clock = instants(before, 2e5)
+    carried = 0
+    for seed in range(16):
+        wave = 1e-4 * np.sin(2.0 * np.pi * 50.0 * clock + seed * np.pi / 8.0)
+        found = read(shot(clock, wave + SIGMA * np.random.default_rng(seed).normal(size=len(clock))))
+        if found.baseline is None:
+            assert any("moves before contact" in text for text in found.remarks)
+            continue
+        carried += 1
+        assert "hum" not in found.baseline.kind
+        left = np.interp(found.times, clock, wave) - found.baseline.at(found.times)
+        assert np.abs(left / np.sqrt((found.baseline.columns(found.times) ** 2).sum(axis=1))).max() < 4.0
+    assert carried >= 2
+
+
+@pytest.mark.parametrize("frequency", [50.0, 60.0])
+@pytest.mark.parametrize(("periods", "there"), [(0.6, False), (0.9, True)])
+def test_a_hum_is_fitted_from_four_fifths_of_its_period_on(frequency: float, periods: float, there: bool) -> None:
+    clock = np.arange(0.0, periods / frequency, 5e-6)
+    wave = 3e-4 * np.sin(2.0 * np.pi * frequency * clock)
+    noise = SIGMA * np.random.default_rng(0).normal(size=len(clock))
+    assert hum_of(clock, wave + noise) == (frequency if there else 0.0)
+
+
+@pytest.mark.parametrize("step", [1e-4, 5e-5])
+def test_a_coarse_converter_that_always_reads_the_same_before_contact_has_an_offset(step: float) -> None:
+    """0.3 mm, of which not a word was said: known to a step over the square root of 12."""
+    clock = instants(1e-3, 2e5)
+    coarse = shot(clock, 3e-4)
+    coarse = replace(coarse, channels={CHANNEL: step * np.round(coarse.channels[CHANNEL] / step)})
+    found = read(coarse)
+    zero = zero_of(found)
+    assert zero.coefficients == pytest.approx(np.array([3e-4]))
+    assert zero.covariance[0, 0] == pytest.approx(step**2 / 12.0)
+    assert found.values[0] == pytest.approx(0.0, abs=1e-12)
+    assert any("reads 0.3 mm (95 %: 0.2" in text for text in found.remarks)
+    (said,) = read(coarse, zero=False).remarks
+    assert "reads 0.3 mm at every point before contact" in said
+    assert "birdstrike import --zero" in said
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.2, 0.3, 0.5])
+def test_the_zero_of_a_coarse_converter_is_as_uncertain_as_its_noise_leaves_it(share: float) -> None:
+    """Offsets anywhere between two steps, and noise of a share of a step, which averages the rounding out or not."""
+    step, times, apart = 1e-4, 5e-6 * np.arange(400), []
+    for seed in range(80):
+        rng = np.random.default_rng(seed)
+        offset = step * rng.uniform(5.0, 6.0)
+        read_as = step * np.round((offset + share * step * rng.normal(size=400)) / step)
+        zero = BeforeContact.of(times, read_as, 5e-3, step=step).baseline
+        assert zero is not None
+        error = zero.at(np.array([zero.middle]))[0] - offset
+        apart.append(error / np.sqrt((zero.columns(np.array([zero.middle])) ** 2).sum()))
+    assert 0.3 < np.sqrt(np.mean(np.square(apart))) < 1.25
+
+
+def test_a_sensor_that_reads_zero_at_every_point_has_no_offset() -> None:
+    clock = instants(1e-3, 2e5)
+    found = read(shot(clock, 0.0))
+    assert found.baseline is None
+    assert not found.remarks
+
+
+@pytest.mark.parametrize(("share", "there"), [(0.5, True), (0.1, False)])
+def test_a_zero_is_taken_from_a_quarter_of_the_noise_on(share: float, there: bool) -> None:
+    """4000 points find either."""
+    clock = instants(20e-3, 2e5)
+    noise = SIGMA * np.random.default_rng(0).normal(size=len(clock))
+    assert (read(shot(clock, share * SIGMA + noise)).baseline is not None) == there
+
+
+@pytest.mark.parametrize(("share", "moves"), [(0.2, False), (0.45, True)])
+def test_a_drift_that_would_carry_the_record_off_by_a_third_of_its_peak_is_none(share: float, moves: bool) -> None:
+    times = 5e-6 * np.arange(400)
+    values = share * 5e-3 / END * times + SIGMA * np.random.default_rng(0).normal(size=400)
+    assert BeforeContact.of(times, values, 5e-3, END).moves == moves
+
+
+def test_the_longer_correlation_of_noise_and_rounding_stands() -> None:
+    values = 5e-4 * np.round(10.0 * np.sin(np.linspace(0.0, 3.0, 600)))
+    times = 5e-6 * np.arange(600)
+    for own in (0.0, 1e-3):
+        noise, _ = with_digitiser(CHANNEL, "m", Noise(np.full(600, 1e-6), own, "case"), times, values)
+        dwell = float(np.ptp(times)) / np.count_nonzero(np.diff(values))
+        assert noise.correlation_time == pytest.approx(max(own, dwell / 3.0))
+
+
+@pytest.mark.parametrize(("own", "level"), [(0.63, 0.777), (0.84, None)])
+def test_the_scatter_of_the_runs_is_taken_out_unless_it_is_most_of_the_record_s(
+    own: float, level: float | None
+) -> None:
+    """Shares 0.4 and 0.7 of the variance between neighbours."""
+    clock = np.arange(0.0, END, 1e-6)
+    rng = np.random.default_rng(0)
+    runs = own * SIGMA * rng.normal(size=(3, len(clock)))
+    expected = replace(EXPECTED, rest_until=0.0, runs=(clock, {CHANNEL: runs}))
+    noise = read(shot(clock, SIGMA * rng.normal(size=len(clock))), expected).noise
+    assert noise.known == (level is not None)
+    if level is not None:
+        assert noise.level == pytest.approx(level * SIGMA, rel=0.08)
