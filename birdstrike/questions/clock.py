@@ -64,7 +64,8 @@ def _at_rest(time: Array, values: Array, rest: float) -> tuple[Array | float, fl
     found = BeforeContact.of(time[early], values[early], size, float(time[-1]) - rest)
     baseline = None
     if len(found.times) >= FEWEST_FOR_TEST and not found.moves:
-        baseline = baseline_of(found.times, found.values, found.level or EXACT * size, found.hum, found.correlation)
+        worth = (found.level or EXACT * size) ** 2 * found.correlation.of_mean
+        baseline = baseline_of(found.times, found.values, worth, found.hum)
     reading = float(np.median(values[early])) if baseline is None else baseline.at(time)
     return reading, found.level or 0.0
 
