@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case, CaseSource
 
 
-TRAINERS = ("lm", "adam")
-"""Trainers of the network that a loop offers; train_and_invert has more."""
 SHOWN = (".json", ".csv", ".toml")
 """Endings of the files in the folders of a loop that its report shows."""
 PLANNED = 0.8  # of a diagnosis' progress: its planned simulations; those at the fits follow
@@ -124,7 +122,7 @@ def close_the_loop(
         Of design, network, emulators and diagnosis.
     workers : int, optional
         Simulations at a time; all cores by default.
-    trainer : {'lm', 'adam'}
+    trainer : {'lm', 'adam', 'br', 'ensemble'}
         Of the network.
     diagnosis : bool
         Whether the residual is traced to an effect.
@@ -170,7 +168,7 @@ def close_the_loop(
     from birdstrike.surrogate.inverse_network import refuse_unknown
 
     retry, used = retry_before(retry_failed), as_names("channels", channels)
-    refuse_unknown(trainer, trainers=TRAINERS)
+    refuse_unknown(trainer)
     refuse_seed(seed)
     at_a_time = None if workers is None else worker_count(workers)
     with display("Check: case, record and design") as progress:

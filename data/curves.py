@@ -34,12 +34,27 @@ FORMAT = "%.9e"  # ten digits: more than any sensor has, the same text for the s
 
 
 @dataclass(frozen=True)
+class ReadBefore:
+    """What was read of a channel before it was filtered, and cannot be read of it again.
+
+    correlation_time: of the noise in its sigma column [s], 0 where white; source: where that noise comes from; known:
+    False where it is a tolerance that nobody measured; zeroed: whether the reading at rest has been looked for.
+    """
+
+    correlation_time: float
+    source: str
+    known: bool = True
+    zeroed: bool = False
+
+
+@dataclass(frozen=True)
 class Measured:
     """A measured record on one clock.
 
     time: (n,) [s], increasing, negative before the trigger; channels: sensor -> (n,) SI, NaN where the record has a
     gap; sigma: sensor -> (n,) SI standard deviations, only where given; units: sensor -> SI unit;
-    provenance: the file's # lines, without the sign; digest: SHA-256 of the file's content, "" where there is no file.
+    provenance: the file's # lines, without the sign; digest: SHA-256 of the file's content, "" where there is no file;
+    read_before: sensor -> what was read of it before a filter.
     """
 
     time: Array
@@ -49,6 +64,7 @@ class Measured:
     provenance: tuple[str, ...] = field(default=())
     path: str = ""
     digest: str = ""
+    read_before: Mapping[str, ReadBefore] = field(default_factory=dict)
 
     @property
     def simulated(self) -> bool:
@@ -119,6 +135,7 @@ def on_one_clock(records: Sequence[Measured]) -> Measured:
     """
     time = np.unique(np.concatenate([record.time for record in records]))
     channels, sigma, units = dict[str, Array](), dict[str, Array](), dict[str, str]()
+    before = dict[str, ReadBefore]()
     for record in records:
         if twice := [name for name in record.channels if name in channels]:
             paths = " and ".join(one.path for one in records)
@@ -129,8 +146,10 @@ def on_one_clock(records: Sequence[Measured]) -> Measured:
                 target[name] = np.full(len(time), np.nan)
                 target[name][at] = values
         units |= record.units
+        before |= record.read_before
     notes = tuple(line for record in records for line in record.provenance)
-    return Measured(time, channels, sigma, units, notes, ", ".join(record.path for record in records))
+    paths = ", ".join(record.path for record in records)
+    return Measured(time, channels, sigma, units, notes, paths, read_before=before)
 
 
 def only_channels(records: Sequence[Measured], channels: Sequence[str]) -> list[Measured]:

@@ -167,7 +167,7 @@ def train_and_invert(
     RunFailed
         When no verification run finishes.
     """
-    folder, more = Path(out), as_options("extras", extras, Extras)
+    folder, more = as_path("out", out), as_options("extras", extras, Extras)
     more = replace(more, channels=as_names("channels", more.channels))
     refuse_seed(seed)
     _refuse_values(more)
@@ -439,7 +439,7 @@ class _Call:
         """The record through the filter, or as one that the laboratory has filtered; None without a filter."""
         if self.more.filter:
             return filtered_record(read, self.more.filter, dataset, options.noise, options.time_offset)
-        return filtered_by_laboratory(read, self.more.filtered, dataset) if self.more.filtered else None
+        return filtered_by_laboratory(read, self.more.filtered, dataset, options.noise) if self.more.filtered else None
 
     def shot(self, read: Measured, case: One | Case | None, progress: Progress) -> Shot:
         """A record with the campaign of its case."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,9 +39,9 @@ TRAINERS = {
 }
 
 
-def refuse_unknown(trainer: str, outputs: str = "bounded", trainers: Iterable[str] = TRAINERS) -> None:
-    """Raise UserError for a trainer or a kind of outputs that there is not; trainers: those to choose from."""
-    for name, given, known in (("outputs", outputs, OUTPUTS), ("trainer", trainer, trainers)):
+def refuse_unknown(trainer: str, outputs: str = "bounded") -> None:
+    """Raise UserError for a trainer or a kind of outputs that there is not."""
+    for name, given, known in (("outputs", outputs, OUTPUTS), ("trainer", trainer, TRAINERS)):
         if given not in tuple(known):
             raise UserError(f'{name} = "{given}" is unknown; use one of: {", ".join(known)}')
 

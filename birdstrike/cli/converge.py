@@ -13,6 +13,7 @@ from rich.table import Table
 
 from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
 from birdstrike.cli.next_steps import following, set_again
+from birdstrike.data.arguments import as_path
 from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress, silent
 
@@ -58,7 +59,7 @@ def converge(
     loaded = as_case(case)
     chosen = choose_meshes(loaded, ratio, meshes, place)
     announce(chosen)
-    Path(out).mkdir(parents=True, exist_ok=True)
+    as_path("out", out).mkdir(parents=True, exist_ok=True)
     store, retry = RunStore(Path(out) / "runs"), retry_before(retry_failed)
     runs = run_meshes(chosen, store, at_a_time, progress=progress, simulate=simulate, retry=retry)
     found = judge_meshes(chosen, runs)

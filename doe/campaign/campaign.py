@@ -8,6 +8,7 @@ from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
+from birdstrike.data.arguments import as_path
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.files import withdraw
@@ -77,7 +78,7 @@ def run_campaign(
         from birdstrike.doe.campaign.cluster import refuse_address  # late: only a campaign on a cluster needs it
 
         refuse_address(scheduler)
-    folder = CampaignFolder(Path(out))
+    folder = CampaignFolder(as_path("out", out))
     other_sources = folder.other_sources(case)
     folder.claim(case, design)
     claimed()

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import refuse_not_whole
 from birdstrike.data.histories import Array
 from birdstrike.data.progress import Progress, silent
@@ -32,7 +33,7 @@ def planned_design(
     Raises UserError.
     """
     refuse_not_whole("--runs", runs, "a design needs at least two runs")
-    held = _held(str(kind), space, seed, CampaignFolder(Path(out)))
+    held = _held(str(kind), space, seed, CampaignFolder(as_path("out", out)))
     if held is None or runs < len(held[0]) or (KINDS[str(kind)].nested and runs > len(held[0])):
         return make_design(kind, space, runs, seed, progress)
     numbers, values = held

@@ -15,6 +15,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.estimates import OUTSIDE, reported
 from birdstrike.inversion.estimation.prior import NormalPrior, identified
 from birdstrike.inversion.misfit import rms
+from birdstrike.inversion.observations.autocorrelation import correlated, neighbour_correlation
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.surrogate.inverse_network import NetworkFit
@@ -57,12 +58,15 @@ def network_answer(
     """
     chosen = np.concatenate([np.isin(c.times, read[c.name]) for c in observations.channels])
     values, noise = observations.values[chosen], observations.noise[chosen]
+    times = {c.name: c.times[np.isin(c.times, read[c.name])] for c in observations.channels}
+    own = [neighbour_correlation(times[c.name], c.correlation_time) for c in observations.channels]
+    correlation = np.concatenate(own)
     raw = fit.network.predict(values[None])[0]
     rng = np.random.default_rng(seed)
     moved = drift[chosen].reshape(len(values), -1)
     draws = (
         values
-        + noise * rng.normal(size=(NOISE_DRAWS, len(values)))
+        + noise * correlated(rng.normal(size=(NOISE_DRAWS, len(values))), correlation)
         + rng.normal(size=(NOISE_DRAWS, moved.shape[1])) @ moved.T
     )
     noise_error = np.sqrt(np.mean((fit.network.predict(draws) - raw) ** 2, axis=0))

@@ -261,6 +261,7 @@ def _measured(records: Sequence[Measured], offsets: Sequence[float]) -> Measured
                 channels={name + suffix(i): values for name, values in record.channels.items()},
                 sigma={name + suffix(i): values for name, values in record.sigma.items()},
                 units={name + suffix(i): unit for name, unit in record.units.items()},
+                read_before={name + suffix(i): known for name, known in record.read_before.items()},
                 provenance=tuple(f"{record.path}: {line}" for line in record.provenance),
             )
             for i, (record, t0) in enumerate(zip(records, offsets, strict=True))

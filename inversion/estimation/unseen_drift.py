@@ -16,8 +16,7 @@ from scipy.stats import chi2
 from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
-from birdstrike.inversion.estimation.whitening import uncorrelated
-from birdstrike.inversion.observations.autocorrelation import neighbour_correlation
+from birdstrike.inversion.observations.autocorrelation import neighbour_correlation, uncorrelated
 from birdstrike.inversion.observations.observations import Channel
 from birdstrike.inversion.observations.reader import OUTSIDE
 from birdstrike.inversion.results.fit import ResidualCorrelation

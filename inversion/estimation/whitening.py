@@ -16,7 +16,13 @@ from scipy.stats import chi2
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.misfit import rms
-from birdstrike.inversion.observations.autocorrelation import autocorrelation, integrated, neighbour_correlation
+from birdstrike.inversion.observations.autocorrelation import (
+    autocorrelation,
+    correlated,
+    integrated,
+    neighbour_correlation,
+    uncorrelated,
+)
 from birdstrike.inversion.observations.observations import Channel, Observations
 from birdstrike.inversion.results.fit import ResidualCorrelation
 
@@ -58,26 +64,6 @@ class Whitening:
         """W x for every row x of rows (..., n)."""
         scaled = uncorrelated(rows / self.noise, self.correlation)
         return scaled - ((scaled @ self.directions) * self.shrink) @ self.directions.T
-
-
-def uncorrelated(rows: Array, correlation: Array) -> Array:
-    """White noise from that of a first-order process, for every row x of rows (..., n) in standard deviations.
-
-    u_i = (x_i - rho_i x_{i-1}) / sqrt(1 - rho_i^2), rho_i (n,) the correlation with the point before: u = L^-1 x with
-    the Cholesky factor L of the correlations exp(-|t_i - t_j|/time).
-    """
-    if not correlation.any():
-        return rows
-    before = np.concatenate([np.zeros_like(rows[..., :1]), rows[..., :-1]], axis=-1)
-    return (rows - correlation * before) / np.sqrt(1.0 - correlation**2)
-
-
-def correlated(white: Array, correlation: Array) -> Array:
-    """The inverse of `uncorrelated` for one row (n,): noise of a first-order process, in standard deviations."""
-    found, fresh = white.copy(), np.sqrt(1.0 - correlation**2)
-    for i in np.flatnonzero(correlation):
-        found[i] = correlation[i] * found[i - 1] + fresh[i] * white[i]
-    return found
 
 
 def principal(factor: Array) -> tuple[Array, Array]:

@@ -17,9 +17,9 @@ from birdstrike.inversion.estimation.coordinates import Box
 from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.posterior import sample
 from birdstrike.inversion.estimation.prior import identified
-from birdstrike.inversion.estimation.whitening import correlated
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.identifiability.information import bound
+from birdstrike.inversion.observations.autocorrelation import correlated
 from birdstrike.inversion.observations.observations import Observations
 
 

@@ -27,7 +27,7 @@ from birdstrike.solver.case.settings import DENSITY
 
 PREFIX = "bird.material."
 MOST_ENDS = 10
-"""Constants of which every combination of the ranges' ends is tried: 1024 of ten, 2 ms each."""
+"""Constants of which every combination of the ranges' ends is tried: 1024 of ten, 2 to 10 ms each."""
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,26 @@ def neighbour_correlation(times: Array, correlation_time: float) -> Array:
     return np.append(0.0, np.exp(-np.diff(times) / correlation_time))
 
 
+def uncorrelated(rows: Array, correlation: Array) -> Array:
+    """White noise from that of a first-order process, for every row x of rows (..., n) in standard deviations.
+
+    u_i = (x_i - rho_i x_{i-1}) / sqrt(1 - rho_i^2), rho_i (n,) the correlation with the point before: u = L^-1 x with
+    the Cholesky factor L of the correlations exp(-|t_i - t_j|/time).
+    """
+    if not correlation.any():
+        return rows
+    before = np.concatenate([np.zeros_like(rows[..., :1]), rows[..., :-1]], axis=-1)
+    return (rows - correlation * before) / np.sqrt(1.0 - correlation**2)
+
+
+def correlated(white: Array, correlation: Array) -> Array:
+    """The inverse of `uncorrelated` for rows (..., n): noise of a first-order process, in standard deviations."""
+    found, fresh = white.copy(), np.sqrt(1.0 - correlation**2)
+    for i in np.flatnonzero(correlation):
+        found[..., i] = correlation[i] * found[..., i - 1] + fresh[i] * white[..., i]
+    return found
+
+
 @dataclass(frozen=True)
 class Autocorrelation:
     """The first-order process r^k that stands for a noise, k readings apart.

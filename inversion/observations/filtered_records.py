@@ -1,22 +1,24 @@
 """Records that are filtered for an inversion, or that the laboratory has filtered; each with the filter of its model.
 
 A record is read before it is filtered (`reader`): afterwards clipped, held and frozen stretches, single outliers,
-noise and the reading at rest no longer show. Its noise stays that before the filter: for what passes the filter the
-points are worth as much as before.
+noise and the reading at rest no longer show. Its noise stays that before the filter, its correlation included: for what
+passes the filter the points are worth as much as before. The last stretch within the filter's reach is left out: there
+the filter has little but the last readings, whose noise is then that of all.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from birdstrike.data.curves import Measured
+from birdstrike.data.curves import Measured, ReadBefore
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.data.formatting import listing
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.baseline import Baseline
 from birdstrike.inversion.observations.filters import (
@@ -27,6 +29,7 @@ from birdstrike.inversion.observations.filters import (
     refuse_long_reach,
     zero_phase,
 )
+from birdstrike.inversion.observations.noise import DIGITISER
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.observations.reader import (
     BESIDE,
@@ -44,6 +47,7 @@ from birdstrike.inversion.observations.reader import (
 )
 
 UNIFORM = 1e-3  # of a step
+REST = 25.0  # reaches of rest, from which on filtered noise shows its level and its correlation
 CARRIED = 3.0  # reaches before the first motion, at which nothing of the response is seen
 STRETCHES = (HELD, CLIPPED, SATURATED, BESIDE, FROZEN)
 SINGLE = (OUTLIER, DROPOUT)
@@ -87,8 +91,7 @@ def filtered_record(
     noise : mapping
         Sensor -> standard deviation that the case states, SI.
     time_offset : float
-        Standard deviation of the time origin [s]. Where it is not 0, the record's last stretch within the filter's
-        reach is left out: the filter would see another end of the model than of the record.
+        Standard deviation of the time origin [s].
 
     Returns
     -------
@@ -114,9 +117,10 @@ def filtered_record(
     found = replace(
         record,
         channels={c.name: _passed(record, c, passed, start, rests[c.name]) for c in channels},
-        sigma={**record.sigma, **_own_noise(record, channels)},
+        sigma={c.name: np.interp(record.time, c.times, c.noise.sigma) for c in channels},
+        read_before={c.name: _read_before(c) for c in channels},
     )
-    last = passed.end - (reach(name) if time_offset else 0.0)
+    last = passed.end - reach(name)
     single = np.isin(record.time, np.concatenate([_singles(c) for c in channels]))
     return FilteredRecord(
         measured=_rows(found, (record.time >= start) & (record.time <= last * (1.0 + ROUNDING)) & ~single),
@@ -126,11 +130,16 @@ def filtered_record(
     )
 
 
-def filtered_by_laboratory(measured: Measured, name: str, dataset: Dataset) -> FilteredRecord:
+def filtered_by_laboratory(
+    measured: Measured, name: str, dataset: Dataset, noise: Mapping[str, float]
+) -> FilteredRecord:
     """A record that the laboratory has passed through the named filter, before it was cut.
 
     Near the runs' end its filter has seen what no run holds: the last stretch within the filter's reach is left out,
-    and before the simulated record the one into which the filter has carried the response.
+    and before the simulated record the one into which the filter has carried the response. A noise that is stated
+    (sigma column; `noise`: sensor -> standard deviation by the case, SI) is that before the filter, which the filtered
+    record can neither confirm nor contradict; where none is, level and correlation are those of the filtered record
+    before contact.
 
     Raises
     ------
@@ -142,10 +151,17 @@ def filtered_by_laboratory(measured: Measured, name: str, dataset: Dataset) -> F
     last = float(time[-1]) - reach(name)
     at_rest = measured.time <= first_motion(dataset) - CARRIED * reach(name)
     inside = (measured.time >= time[0]) & (measured.time <= last * (1.0 + ROUNDING))
+    by_case = {c: np.full(len(measured.time), noise[c]) for c in measured.channels if noise.get(c)}
+    by_case.update(measured.sigma)
+    sources = {c: "sigma column" if c in measured.sigma else "case" for c in by_case}
+    stated = replace(measured, sigma=by_case, read_before={c: ReadBefore(0.0, source) for c, source in sources.items()})
     return FilteredRecord(
-        measured=_rows(measured, at_rest | inside),
+        measured=_rows(stated, at_rest | inside),
         filter=ModelFilter(name, float(time[-1]), float(time[1] - time[0])),
-        warnings=_left_out(measured, "filtered", name, last),
+        warnings=(
+            *_left_out(measured, "filtered", name, last),
+            *_unknown_noise(measured, name, [c for c in measured.channels if c not in by_case], measured.time[at_rest]),
+        ),
         baselines={},
     )
 
@@ -226,20 +242,30 @@ def _passed(measured: Measured, channel: ChannelRecord, passed: ModelFilter, sta
     return zero_phase(np.concatenate([np.full(lead, rest), values]), passed.step, passed.name)[lead:]
 
 
-def _own_noise(measured: Measured, channels: tuple[ChannelRecord, ...]) -> dict[str, Array]:
-    """Channel -> (n,) SI: the noise that the record itself shows, where that is used in place of what is stated."""
-    stated = ("sigma column", "case")
-    return {
-        c.name: np.full(len(measured.time), c.noise.level)
-        for c in channels
-        if c.noise.known and c.noise.source not in stated
-    }
+def _read_before(channel: ChannelRecord) -> ReadBefore:
+    """What the channel showed before the filter."""
+    noise = channel.noise
+    correlation_time = 0.0 if noise.source == DIGITISER else noise.correlation_time
+    return ReadBefore(correlation_time, noise.source, noise.known, zeroed=True)
 
 
 def _warnings(channel: ChannelRecord) -> tuple[str, ...]:
     """What was found in the channel before it was filtered."""
     single = [cut.sentence(channel.name) for cut in channel.cuts if cut.reason in SINGLE]
     return (*(f"{text} (before the filter they were replaced by interpolation)" for text in single), *channel.remarks)
+
+
+def _unknown_noise(measured: Measured, name: str, unstated: Sequence[str], rest: Array) -> tuple[str, ...]:
+    """That the noise before the filter is not known, where the rest (n,) [s] is too short to show that behind it."""
+    needed = REST * reach(name)
+    if not unstated or (len(rest) and np.ptp(rest) >= needed):
+        return ()
+    text = (
+        f"filtered = {name}: {measured.path} shows the noise of {listing(list(unstated))} behind the filter alone, and "
+        f"for that its rest before contact is too short ({1e3 * needed:.3g} ms would do): the intervals may be too "
+        "narrow; state the noise of the unfiltered record (sensors.<name>.noise of the case, or import --sigma)"
+    )
+    return (text,)
 
 
 def _left_out(measured: Measured, option: str, name: str, last: float) -> tuple[str, ...]:

@@ -12,7 +12,8 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.misfit import rms, rmse
-from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.observations.autocorrelation import correlated, neighbour_correlation
+from birdstrike.inversion.observations.observations import Channel, Observations
 from birdstrike.inversion.results.fit import PriorPredictive
 from birdstrike.surrogate.inverse_network import sampled
 
@@ -49,15 +50,27 @@ def prior_predictive(dataset: Dataset, observations: Observations, residual: Arr
     model, measured = observations.split(runs[nearest]), observations.split(values)
     distance = {channel: rmse(model[channel], measured[channel]) for channel in measured}
     residuals = observations.split(residual)
-    rejected = any(_too_large(part, REJECT / len(residuals)) for part in residuals.values())
-    fit = max(rms(part) for part in residuals.values())
+    sizes = {c.name: _size(residuals[c.name], c) for c in observations.channels}
+    rejected = any(_too_large(size, worth, REJECT / len(sizes)) for size, worth in sizes.values())
+    fit = max(size for size, _ in sizes.values())
     inside = not rejected and float(beyond.mean()) <= 0.5
     return PriorPredictive(bool(inside), fit, float(beyond.mean()), int(dataset.runs[nearest]), distance)
 
 
-def _too_large(residual: Array, level: float) -> bool:
-    """Whether a channel's whitened residual (n,) is larger than chance and a badly known noise explain."""
-    return bool(chi2.sf(residual @ residual, len(residual)) < level and rms(residual) > NOISE_MAY_BE_WRONG_BY)
+def _size(white: Array, channel: Channel) -> tuple[float, float]:
+    """Size of a channel's residual, whitened (n,), in units of its errors, and the number of points that it is worth.
+
+    Where the noise is known to be correlated, of the errors as they are: whitened, those of a noise that is less
+    correlated than it was before contact are too large.
+    """
+    rho = neighbour_correlation(channel.times, channel.correlation_time)
+    typical = float(np.median(rho[1:])) if rho.any() else 0.0
+    return rms(correlated(white, rho)), len(white) * (1.0 - typical) / (1.0 + typical)
+
+
+def _too_large(size: float, worth: float, level: float) -> bool:
+    """Whether a residual of so many independent points is larger than chance and a badly known noise explain."""
+    return bool(chi2.sf(worth * size**2, worth) < level and size > NOISE_MAY_BE_WRONG_BY)
 
 
 def emulator_or_model(

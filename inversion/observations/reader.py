@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from birdstrike.data.curves import Measured
+from birdstrike.data.curves import Measured, ReadBefore
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.formatting import many, plain, quantity
@@ -301,8 +301,13 @@ def _channel(
     points = _inside_and_moving(measured, expected, name)
     _refuse_few(measured, expected, name, fewest, points)
     _refuse_rest(measured, expected, name, points)
-    before = _before_contact(points, expected)
-    noise, noise_remarks = _noise(measured, expected, name, points, before, test_stated)
+    known = measured.read_before.get(name)
+    before = _before_contact(points, -np.inf if known is not None and known.zeroed else expected.rest_until)
+    noise, noise_remarks = (
+        _noise(measured, expected, name, points, before, test_stated)
+        if known is None
+        else (_noise_before(measured, name, points, known), ())
+    )
     sound = _without_noisy_faults(measured, name, points, noise)
     _refuse_few(measured, expected, name, fewest, sound)
     times, values = sound.used
@@ -412,9 +417,9 @@ def _clock(measured: Measured, name: str) -> str:
     )
 
 
-def _before_contact(points: _Points, expected: Expected) -> BeforeContact:
-    """The record while the plate is surely at rest, before the simulated record included."""
-    early = points.times < expected.rest_until
+def _before_contact(points: _Points, rest_until: float) -> BeforeContact:
+    """The record while the plate is surely at rest [s], before the simulated record included."""
+    early = points.times < rest_until
     times, values = points.used
     return BeforeContact.of(
         times=points.times[early],
@@ -442,6 +447,12 @@ def _noise(
     noise, remarks = channel_noise(name, unit, float(np.abs(values).max()), before, stated, white)
     noise, rounded = with_digitiser(name, unit, noise, times, values)
     return noise, (*remarks, *rounded)
+
+
+def _noise_before(measured: Measured, name: str, points: _Points, known: ReadBefore) -> Noise:
+    """Noise of the points that are kept as it was before the channel was filtered."""
+    column = measured.sigma[name][np.isfinite(measured.channels[name])]
+    return Noise(column[points.kept], known.correlation_time, known.source, known=known.known)
 
 
 def _white(expected: Expected, name: str, times: Array, values: Array) -> tuple[float, float] | None:

@@ -10,7 +10,6 @@ from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.fields import Between
-from birdstrike.solver.target.generators.panel_rules import LEAST_COUNT
 
 Raw = dict[str, Any]
 
@@ -29,7 +28,7 @@ OF_A_FILE = ("mesh", "mesh_unit", "origin", "struck")
 """Keys of a target that go with a mesh from a file."""
 OF_ONE_MESH = ("parts", "supports", "ties", "rivets")
 """Tables of a target whose keys are names of its mesh."""
-TOLD_TWICE = (("at", "point"), ("at", "part"), ("direction", "along"), ("direction", "measure"))
+TOLD_TWICE = (("at", "point"), ("at", "part"), ("direction", "along"))
 """Keys of a sensor of which one replaces the other."""
 METHOD = "sph"  # where none stands
 INSTANT = Between("0 ms", "100 ms")
@@ -163,8 +162,8 @@ def _with_slope(base: Raw, over: Mapping[str, Any]) -> Mapping[str, Any]:
 def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:
     """The base without what the overlay makes idle.
 
-    That is what a rigid plate, a sphere, a bird of another method or so few stiffeners have no use for, and snapshots
-    after the end of a simulation that the overlay shortens.
+    That is what a rigid plate, a sphere or a bird of another method has no use for, and snapshots after the end of a
+    simulation that the overlay shortens.
     """
     void: tuple[str, ...] = ()
     if at(over, "plate.rigid") is True and at(base, "plate.rigid") is not True:
@@ -174,9 +173,6 @@ def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:
     before, after = (str(at(raw, "bird.method") or METHOD) for raw in (base, over))
     if at(over, "bird.method") is not None and after in ONLY_FOR and after != before:
         void += ONLY_FOR.get(before, ())
-    count = at(over, "target.generator.stiffeners")
-    if isinstance(count, int):
-        void += tuple(f"target.generator.{key}" for key, least in LEAST_COUNT.items() if count < least)
     for key in void:
         base = _without(without_key(base, key.split(".")), key)
     return _without_late_snapshots(base, over)

@@ -25,8 +25,8 @@ SECTIONS = ("plate", "target", "bird", "impact", "sensors", "instrument", "solve
 ANSWERS: dict[str, tuple[type | tuple[type, ...], str]] = {
     "size": (Real, "a number, SI"),
     "least": (Real, "a number, SI"),
-    "refuses": (str, "text"),
-    "places": ((tuple, list), "a tuple of names"),
+    "refuses": ((str, type(None)), "text"),
+    "places": ((tuple, list, set, frozenset), "a tuple of names"),
 }
 """Functions of an effect that ask a case -> what they return."""
 
@@ -137,7 +137,7 @@ class _Asked(partial[Any]):
         if not isinstance(found, kind):
             said = f"its function `{self.own}` returns {found!r}, which is not {wanted}"
             raise CaseError(f"effects.{self.name}: {said}; correct it in {defining_module(self)}")
-        return found
+        return "" if found is None else tuple(sorted(found)) if isinstance(found, set | frozenset) else found
 
 
 def failed(own: str, function: Callable[..., Any], error: Exception) -> str:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between
-from birdstrike.solver.sensors.sensor import LEVEL, Placed, PlateText, Reading, Run, overhang
+from birdstrike.solver.sensors.sensor import Placed, PlateText, Reading, Run, overhang
+from birdstrike.solver.target.mesh import LEVEL
 
 if TYPE_CHECKING:  # the types bring in the compiled kernels, which loading a case has no use for
     from birdstrike.solver.bird.body import BirdBody

@@ -22,8 +22,6 @@ if TYPE_CHECKING:  # the types bring in the compiled kernels, which loading a ca
 PLACE = Between("-2500 mm", "2500 mm")
 OFF = 0.5
 """Of the nearest shell's longest side, by which a stated place may lie off the target."""
-LEVEL = 0.7
-"""Cosine from which on two shells of an assembly are one surface to a gauge."""
 Component = Annotated[float, Between(-1.0, 1.0)]
 Along = tuple[Component, Component, Component]
 """A direction in space, of any length up to 1 a component."""

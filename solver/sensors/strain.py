@@ -13,7 +13,6 @@ from birdstrike.data.histories import Array
 from birdstrike.data.units import ACCEPTED
 from birdstrike.solver.fields import Between, OneOf
 from birdstrike.solver.sensors.sensor import (
-    LEVEL,
     Along,
     Placed,
     PlateText,
@@ -24,6 +23,7 @@ from birdstrike.solver.sensors.sensor import (
     shell_is_gone,
     torn,
 )
+from birdstrike.solver.target.mesh import LEVEL
 
 if TYPE_CHECKING:  # the type brings in the compiled kernels, which loading a case has no use for
     from birdstrike.solver.target.assembly import Target
@@ -165,12 +165,11 @@ class Strain(Placed):
         if last != name and last in ACCEPTED:
             yield f'sensors.{name}: a strain\'s column would be read as one in the unit "{last}"; use another name'
         yield from super().broken_rules(name, table, plate)
-        for other in ("along", "measure"):
-            if "direction" in table and table.get(other) is not None:
-                yield (
-                    f"sensors.{name}.direction = {table['direction']} does nothing beside sensors.{name}.{other} = "
-                    f"{table[other]}; leave one of the two out"
-                )
+        if "direction" in table and table.get("along") is not None:
+            yield (
+                f"sensors.{name}.direction = {table['direction']} does nothing beside sensors.{name}.along = "
+                f"{table['along']}; leave one of the two out"
+            )
         yield from _ends(name, table, plate)
         if plate.rigid:
             yield f"sensors.{name}.kind = strain: a rigid plate has no strain; leave the sensor or plate.rigid out"

@@ -60,8 +60,8 @@ class Supports:
     """Springs and rigid holds of sets of nodes.
 
     nodes (r,): of all sets, one after the other, of `sets` the rows that are each one's; normal (r, 3): of the shell
-    there; held (m,): bits of held freedoms per node in its own axes, axes (m, 3, 3) as rows, the third the normal;
-    displacement (r, 6) [m, rad] and force (r, 6) [N, N m] of the springs.
+    there; held (m,): bits of held freedoms per node in its own axes, axes (m, 3, 3) as rows, the third the normal where
+    one surface is held; displacement (r, 6) [m, rad] and force (r, 6) [N, N m] of the springs.
     """
 
     def __init__(self, mesh: ShellMesh, sets: Mapping[str, Held]) -> None:

@@ -63,7 +63,9 @@ def test_a_clock_of_one_shot_is_that_of_a_further_sensor_too() -> None:
 def slider(label: str, name: str, sensors: list[str] | None) -> dict[str, Any]:
     """On the page to explore."""
     one = {"label": label, "name": name, "family": "", "size": 1e-5, "low": -1e-4, "high": 1e-4, "shots": ["a_1.5"]}
-    return _effect({**one, "sensors": sensors, "unit": "s"}, effect(label, 1e-5), load_case("virtual_strike"))
+    return _effect(
+        {**one, "sensors": sensors, "unit": "s"}, effect(label, 1e-5), {"a_1.5": load_case("virtual_strike")}
+    )
 
 
 def test_a_slider_of_one_shot_s_clock_is_of_no_single_sensor() -> None:
@@ -109,9 +111,10 @@ def test_a_truth_with_a_quoted_set_is_read_back() -> None:
 def test_what_is_copied_from_the_page_is_a_case_s_table() -> None:
     """Of one set of nodes and of all of them, and the command that says the same."""
     names = ["clamp_rotation", "clamp_rotation.cell_3", "clamp_rotation.left edge"]
-    effects = [{"label": name, "name": name, "factor": 1.0, "unit": "rad/N", "single": None} for name in names]
+    common = {"factor": 1.0, "unit": "rad/N", "single": None, "elsewhere": {}, "shots": ["one"]}
+    effects = [{"label": name, "name": name, **common} for name in names]
     axis = {"key": "target.supports.left edge.rotational", "unit": "", "factor": 1.0}
-    view = {"parameters": [axis], "effects": effects, "case": "flat_plate_002"}
+    view = {"parameters": [axis], "effects": effects, "case": "flat_plate_002", "shots": [{"name": "one"}]}
     point = {"theta": [2.0], "effects": {name: 1e-6 * (i + 1) for i, name in enumerate(names)}}
     page = Path(explore.__file__).parent / "page"
     script = "".join((page / name).read_text(encoding="utf-8") for name in ("numbers.js", "copy.js"))

@@ -1,4 +1,7 @@
-"""Rules between the keys of a stiffened panel: what needs what, what has room beside what, what does nothing alone."""
+"""Rules between the keys of a stiffened panel: what needs what, and what has room beside what.
+
+A key that so few stiffeners have no use for is no error: whoever varies their number leaves the others as they are.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +9,15 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from birdstrike.solver.fields import Between, does_nothing_alone
+from birdstrike.solver.fields import Between
 from birdstrike.solver.target.generators.interface import closed_panel
 
 ASIDE = Between("-2500 mm", "2500 mm")
 SIDE_OF_PAD = Between("1 mm", "5000 mm")
 LAPPED = ("lap", "rivet_pitch")
 """What a foot, a lap joint or a pad needs."""
-USERS = {"joint": ("overlap",), "pad_at": ("pad",)} | dict.fromkeys(LAPPED, ("foot", "overlap", "pad"))
-"""Keys that only others make use of."""
-LEAST_COUNT = {"height": 1, "foot": 1, "flange": 1, "pitch": 2}
-"""Keys that only so many stiffeners make use of."""
+
+TOUCH = 1e-9  # [m] by which sheets that touch may lie over each other
 
 Sizes = Mapping[str, float | None]
 """Dimensions [m] by key; None where one is absent, or is itself an error."""
@@ -38,11 +39,7 @@ def broken_panel_rules(raw: Mapping[str, Any], sizes: Sizes, prefix: str) -> Ite
 
 
 def _stiffener_rules(raw: Mapping[str, Any], sizes: Sizes, prefix: str, count: int) -> Iterator[str]:
-    """Stiffeners have a height and a pitch, stand on the panel, and are there where their keys are."""
-    for key, least in LEAST_COUNT.items():
-        if key in raw and count < least:
-            given = f"{prefix}.{key} = {raw[key]} does nothing with {prefix}.stiffeners = {count}"
-            yield f"{given}; leave it out, or give at least {least}"
+    """Stiffeners have a height and a pitch, and stand on the panel."""
     if count > 0 and "height" not in raw:
         yield f'{prefix}.height is missing: {count} stiffeners need one, such as height = "40 mm"'
     if count > 1 and "pitch" not in raw:
@@ -108,35 +105,39 @@ def _depth_rules(raw: Mapping[str, Any], sizes: Sizes, prefix: str, count: int) 
 
 
 def _lap_rules(raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
-    """Sheets that lie on each other have their distance and their rivets, which nothing else makes use of."""
+    """Sheets that lie on each other have their distance and their rivets."""
     for key in ("foot", "overlap", "pad"):
         for needed in LAPPED:
             if key in raw and needed not in raw:
                 example = "2 mm" if needed == "lap" else "25 mm"
                 yield f'{prefix}.{needed} is missing: {key} needs it, such as {needed} = "{example}"'
-    for key, users in USERS.items():
-        yield from does_nothing_alone(raw, prefix, key, users)
 
 
 def _in_the_way(raw: Mapping[str, Any], sizes: Sizes, prefix: str, found: Mapping[str, Stretch]) -> Iterator[str]:
-    """Sheets do not lie three deep: overlap [m] and pad lie apart, and in a bay between stiffeners."""
-    if len(found) == 2 and found["pad"][0] <= found["overlap"][1] and found["pad"][1] >= found["overlap"][0]:
+    """Sheets do not lie three deep: overlap [m] and pad lie beside each other, and in a bay between stiffeners."""
+    if len(found) == 2 and _lie_over(found["pad"], found["overlap"]):
         (low, high), (begin, end) = ((1e3 * x for x in found[key]) for key in ("pad", "overlap"))
         yield (
             f"{prefix}.pad = {raw['pad']} at {low:.4g} .. {high:.4g} mm along the length reaches the overlap of the "
             f"skins at {begin:.4g} .. {end:.4g} mm; make it smaller, or move it by {prefix}.pad_at"
         )
-    count = raw.get("stiffeners")
+    given = raw.get("stiffeners")
+    count = given if isinstance(given, int) else 0
     pitch, foot = sizes["pitch"] or 0.0, sizes["foot"] or 0.0
-    for key, (low, high) in found.items() if isinstance(count, int) else ():
-        for i in range(count or 0):
-            place = (i - 0.5 * ((count or 0) - 1)) * pitch
-            if place <= high and place + foot >= low:
+    for key, (low, high) in found.items():
+        for i in range(count):
+            place = (i - 0.5 * (count - 1)) * pitch
+            if _lie_over((low, high), (place, place + foot)):
                 there = f"{1e3 * place:.4g} .. {1e3 * (place + foot):.4g} mm along the length"
                 yield (
                     f"{prefix}.{key} = {raw[key]} reaches a stiffener at {there}; move it into a bay "
                     f"({1e3 * low:.4g} .. {1e3 * high:.4g} mm now)"
                 )
+
+
+def _lie_over(one: Stretch, other: Stretch) -> bool:
+    """Whether two stretches [m] have more in common than an end."""
+    return one[0] < other[1] - TOUCH and one[1] > other[0] + TOUCH
 
 
 def _pitch_rules(

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from birdstrike.inversion.estimation.whitening import Whitening, correlated, uncorrelated
+from birdstrike.inversion.estimation.whitening import Whitening
 from birdstrike.inversion.misfit import relative, rmse, whitened
-from birdstrike.inversion.observations.autocorrelation import neighbour_correlation
+from birdstrike.inversion.observations.autocorrelation import correlated, neighbour_correlation, uncorrelated
 from birdstrike.inversion.observations.noise import Noise
 
 

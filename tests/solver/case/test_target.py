@@ -28,8 +28,7 @@ def target_of(case: Case) -> Target:
 def plain_skin(supports: dict[str, Any]) -> Case:
     """The panel's skin without stiffeners, held so."""
     raw = read_case("openradioss_panel")
-    kept = {key: value for key, value in raw["target"]["generator"].items() if key not in ("pitch", "height")}
-    target = raw["target"] | {"generator": kept | {"stiffeners": 0}, "supports": supports}
+    target = raw["target"] | {"generator": raw["target"]["generator"] | {"stiffeners": 0}, "supports": supports}
     target["parts"] = {"skin": target["parts"]["skin"]}
     return load_case({key: value for key, value in raw.items() if key != "sensors"} | {"target": target})
 

@@ -221,11 +221,6 @@ def test_a_gauge_on_a_curved_skin_has_its_length_on_the_skin():
             {"kind": "strain", "along": [1.0, 0.0, 0.0], "direction": "90 deg"},
             "sensors.w.direction = 90 deg does nothing beside sensors.w.along = [1.0, 0.0, 0.0]; leave one of the two",
         ),
-        (
-            "openradioss_panel",
-            {"kind": "strain", "measure": "principal", "direction": "90 deg"},
-            "sensors.w.direction = 90 deg does nothing beside sensors.w.measure = principal; leave one of the two out",
-        ),
         ("reference_strike", {"point": ["0 mm"] * 3, "part": "skin"}, "does nothing on a plate, which has no parts"),
         ("reference_strike", {"kind": "reaction_force", "support": "edges"}, "does nothing on a plate, which has one"),
     ],
