@@ -212,7 +212,7 @@ def errors_with(
     for seed in range(20):
         rng = np.random.default_rng(100 + seed)
         z = 0.1 + 0.8 * rng.random(4)
-        noise = lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], rng.normal(size=len(clock)))
+        noise = np.asarray(lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], rng.normal(size=len(clock))))
         values = pulse(truth(z), clock) * (clock >= START) + 1e-4 * noise
         found = prepared(Measured(clock, {CHANNEL: values}, {}, {CHANNEL: "m"}, (), "shot.csv"))
         passed = found.filter.dataset(dataset)
