@@ -27,6 +27,19 @@ FIRST = (
 )
 
 
+@pytest.fixture(autouse=True)
+def one_thread_beside_another_worker() -> None:
+    """Threads of kernels that a test calls itself; those of a simulation follow the load (`solver.threads`).
+
+    A loop waits for its slowest thread: where another worker has that core, a test of small kernels took 17 times as
+    long.
+    """
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        import numba  # after the variables above are set
+
+        numba.set_num_threads(1)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest first, so that no worker waits for another at the end."""
     items.sort(key=lambda item: next((i for i, name in enumerate(FIRST) if item.nodeid.startswith(name)), len(FIRST)))

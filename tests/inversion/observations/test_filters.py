@@ -203,13 +203,13 @@ def test_a_filtered_model_is_the_filter_of_its_curves(dataset: Dataset) -> None:
 def errors_with(
     dataset: Dataset, prepared: Callable[[Measured], FilteredRecord], rho: float = 0.0, rest: float = 2e-3
 ) -> tuple[float, float]:
-    """Coverage of the 95 % intervals and the errors over their standard deviations, of 20 records with noise.
+    """Coverage of the 95 % intervals and the errors over their standard deviations, of 12 records with noise.
 
     rho: correlation of neighbouring readings' noise; rest: before the trigger [s].
     """
     hits, scaled = [], []
     clock = STEP * np.arange(-round(rest / STEP), 1001)
-    for seed in range(20):
+    for seed in range(12):
         rng = np.random.default_rng(100 + seed)
         z = 0.1 + 0.8 * rng.random(4)
         noise = np.asarray(lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], rng.normal(size=len(clock))))
