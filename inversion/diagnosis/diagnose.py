@@ -92,11 +92,8 @@ def diagnose(
     UserError, RunFailed
         The input cannot be used; the simulations failed. A baseline that cannot serve is left out with a warning.
     """
-    choice, folder, used = (
-        as_options("options", options, DiagnosisOptions),
-        as_path("out", out),
-        as_names("channels", channels),
-    )
+    choice = as_options("options", options, DiagnosisOptions)
+    folder, used = as_path("out", out), as_names("channels", channels)
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
     refuse_choices(choice)
     records = read_records(case, measured, heldout, baseline, baseline_case, used)

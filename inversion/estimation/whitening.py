@@ -20,7 +20,6 @@ from birdstrike.inversion.observations.autocorrelation import (
     autocorrelation,
     correlated,
     integrated,
-    neighbour_correlation,
     uncorrelated,
 )
 from birdstrike.inversion.observations.observations import Channel, Observations
@@ -111,12 +110,10 @@ def residual_correlation(observations: Observations, residual: Array) -> Residua
 
 def _judged(white: Array, channel: Channel) -> tuple[float, float, float]:
     """Correlation, size and factor on the noise of a channel's whitened residual (n,)."""
-    rho = neighbour_correlation(channel.times, channel.correlation_time)
-    tau, known, errors = autocorrelation_time(white), 1.0, correlated(white, rho)
-    if tau > 1.0 and rho.any():
+    tau, known, errors = autocorrelation_time(white), 1.0, correlated(white, channel.correlation)
+    if tau > 1.0 and channel.correlation_time:
         # Noise without its fast part, as a filter leaves it, is not whitened over few points: over many it counts.
-        typical = float(np.median(rho[1:]))
-        tau, known = integrated(autocorrelation(errors)), (1.0 + typical) / (1.0 - typical)
+        tau, known = integrated(autocorrelation(errors)), channel.tau
         tau = tau if tau > known else 1.0
     fit, larger = rms(errors), chi2.sf(white @ white, len(white)) < REJECT
     excess = max(1.0, tau / known)

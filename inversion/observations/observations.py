@@ -36,6 +36,18 @@ class Channel:
     correlation_time: float = 0.0
 
     @property
+    def correlation(self) -> Array:
+        """(n,) of each point's noise with that of the point before; 0 at the first, and of white noise."""
+        return neighbour_correlation(self.times, self.correlation_time)
+
+    @property
+    def tau(self) -> float:
+        """n points are worth n / tau with independent noise: (1 + rho) / (1 - rho) at their median distance."""
+        rho = self.correlation
+        typical = float(np.median(rho[1:])) if rho.any() else 0.0
+        return (1.0 + typical) / (1.0 - typical)
+
+    @property
     def peak(self) -> float:
         """Largest measured magnitude, SI."""
         return float(np.abs(self.values).max())
@@ -61,7 +73,7 @@ class Observations:
     @property
     def correlation(self) -> Array:
         """(n,) correlation of each point's noise with that of the point before, in its channel."""
-        return np.concatenate([neighbour_correlation(c.times, c.correlation_time) for c in self.channels])
+        return np.concatenate([c.correlation for c in self.channels])
 
     @property
     def baseline_columns(self) -> Array:

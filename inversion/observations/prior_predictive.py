@@ -12,7 +12,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.misfit import rms, rmse
-from birdstrike.inversion.observations.autocorrelation import correlated, neighbour_correlation
+from birdstrike.inversion.observations.autocorrelation import correlated
 from birdstrike.inversion.observations.observations import Channel, Observations
 from birdstrike.inversion.results.fit import PriorPredictive
 from birdstrike.surrogate.inverse_network import sampled
@@ -63,9 +63,7 @@ def _size(white: Array, channel: Channel) -> tuple[float, float]:
     Where the noise is known to be correlated, of the errors as they are: whitened, those of a noise that is less
     correlated than it was before contact are too large.
     """
-    rho = neighbour_correlation(channel.times, channel.correlation_time)
-    typical = float(np.median(rho[1:])) if rho.any() else 0.0
-    return rms(correlated(white, rho)), len(white) * (1.0 - typical) / (1.0 + typical)
+    return rms(correlated(white, channel.correlation)), len(white) / channel.tau
 
 
 def _too_large(size: float, worth: float, level: float) -> bool:

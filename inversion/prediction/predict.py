@@ -102,11 +102,8 @@ def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: Pred
     RunFailed
         When too few simulations of the new case finish.
     """
-    choice, folder, new = (
-        _normalised(as_options("options", options, PredictOptions)),
-        as_path("out", out),
-        as_case(case),
-    )
+    choice = _normalised(as_options("options", options, PredictOptions))
+    folder, new = as_path("out", out), as_case(case)
     known = affordable(_only(read_learnt(as_path("learnt", learnt)), choice.only), choice.budget)
     limits = _limits(new, choice.limits or {})
     warnings = [*known.warnings, *refuse_other_sensors(known, new), *drawn_instead(known, new)]
