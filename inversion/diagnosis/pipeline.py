@@ -123,7 +123,7 @@ class _Decision:
     ranking: with a refit of the chosen effect; alarm: p of the model without an effect; same_bird: probability that all
     birds are one, None of a single shot; required: see `required_discrepancy`; chosen: the single effect whose case is
     written; runs, failed: shot and `before` or `after` -> the solver at that fit, or why it failed; held: model -> the
-    parts of the data held out from it; doubts: warnings that the likeliest effect is not attributed, or not borne out.
+    parts of the data held out from it; fit_warnings: warnings that the likeliest effect is not attributed, or not borne out.
     """
 
     ranking: Ranking
@@ -135,7 +135,7 @@ class _Decision:
     runs: Mapping[str, SolverRun]
     failed: Mapping[str, str]
     held: Mapping[str, list[Held]]
-    doubts: tuple[str, ...]
+    fit_warnings: tuple[str, ...]
 
     def states(self, shot: Shot, held: Mapping[str, list[Held]]) -> tuple[State, State | None]:
         """Before and after in one shot, by the given parts that were held out of each model."""
@@ -245,14 +245,14 @@ class Pipeline:
         ahead, same_bird = ranking.ahead(_likeliest(ranking)), self._same_bird(ranking)
         verdict = verdict_of(ranking.presence, p, self.options.alpha, ranking.confidence_set, same_bird, ahead)
         chosen = self._chosen(ranking, verdict)
-        required, doubts = required_discrepancy(ranking), _close(ranking, chosen, ahead)
+        required, fit_warnings = required_discrepancy(ranking), _close(ranking, chosen, ahead)
         ranking = ranking.refitted(chosen) if chosen else ranking
         runs, failed = self._checked(ranking, chosen)
         held = self._held_out(ranking, chosen, heldout, not of_another_bird(same_bird))
         if verdict == ATTRIBUTED and chosen and (against := _unpredicted(ranking, chosen, held)):
-            verdict, doubts = AMBIGUOUS, [*doubts, *against]
+            verdict, fit_warnings = AMBIGUOUS, [*fit_warnings, *against]
         if chosen and heldout is not None:
-            doubts = [*doubts, *_worse_held_out(chosen, held)]
+            fit_warnings = [*fit_warnings, *_worse_held_out(chosen, held)]
         if chosen:
             held = {**held, chosen: predicted_parts(ranking.models[chosen].members[0], held[chosen])}
         return _Decision(
@@ -265,7 +265,7 @@ class Pipeline:
             runs=runs,
             failed=failed,
             held=held,
-            doubts=tuple(doubts),
+            fit_warnings=tuple(fit_warnings),
         )
 
     def _assembled(self, decision: _Decision, refinement: Mapping[str, Any]) -> Diagnosis:
@@ -407,7 +407,7 @@ class Pipeline:
             *self.warnings,
             *_left_out(setups_of(self.shots)),
             *self._baseline_warnings(ranking),
-            *decision.doubts,
+            *decision.fit_warnings,
         ]
         if chosen and next(effect for effect in effects if effect.name == chosen).at_bound:
             sentences.append(
