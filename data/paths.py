@@ -46,6 +46,12 @@ def _resolve(name: str | Path, folder: Path, suffix: str, what: str, beside: Pat
     for candidate in candidates:
         if is_file(candidate):
             return candidate.resolve()
+    if given.parent != Path():
+        there = candidates[0].parent
+        beside_it = [path.name for path in there.glob(f"*{suffix}")] if there.is_dir() else []
+        alike = difflib.get_close_matches(given.name, beside_it, n=1)
+        hint = f'did you mean "{alike[0]}"?' if alike else f"files there: {', '.join(sorted(beside_it)[:10]) or 'none'}"
+        raise UserError(f'"{name}" is no {what}; {hint}')
     shipped = sorted(path.stem for path in folder.glob(f"*{suffix}"))
     close = difflib.get_close_matches(given.stem, shipped, n=1)
     hint = f'did you mean "{close[0]}"?' if close else f"shipped: {', '.join(shipped)}"

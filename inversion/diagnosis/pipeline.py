@@ -123,7 +123,7 @@ class _Decision:
     ranking: with a refit of the chosen effect; alarm: p of the model without an effect; same_bird: probability that all
     birds are one, None of a single shot; required: see `required_discrepancy`; chosen: the single effect whose case is
     written; runs, failed: shot and `before` or `after` -> the solver at that fit, or why it failed; held: model -> the
-    parts of the data held out from it; fit_warnings: warnings that the likeliest effect is not attributed, or not borne out.
+    parts of the data held out from it; fit_warnings: that the likeliest effect is not attributed, or not borne out.
     """
 
     ranking: Ranking

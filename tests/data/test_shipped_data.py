@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -52,3 +54,12 @@ def test_an_unknown_name_is_answered_with_the_nearest() -> None:
         resolve_case("refrence_strike")
     with pytest.raises(UserError, match="table7_group1"):
         resolve_measured("zzz")
+
+
+def test_a_mistyped_path_names_what_lies_in_that_folder(tmp_path: Path) -> None:
+    """Shipped names are of no use to someone who gave a path."""
+    (tmp_path / "catman.csv").touch()
+    with pytest.raises(UserError, match=r'"catman.csv"\?$'):
+        resolve_measured(tmp_path / "catmn.csv")
+    with pytest.raises(UserError, match=r"files there: none"):
+        resolve_measured(tmp_path / "nowhere" / "catmn.csv")

@@ -256,3 +256,15 @@ def test_a_short_rest_behind_the_laboratory_s_filter_is_told(dataset: Dataset) -
     assert "(12.5 ms would do)" in found.warnings[-1]
     stated = by_laboratory(taken(noise=1e-4), dataset, {CHANNEL: 1e-4})
     assert len(stated.warnings) == len(found.warnings) - 1
+
+
+def test_a_plateau_that_rang_before_the_filter_is_no_flat_top_behind_it(dataset: Dataset) -> None:
+    """A plate that yields and rings at 12 kHz; 519 of 750 points of the filtered record were left out as saturated."""
+    rng = np.random.default_rng(3)
+    level = np.clip((LONG - START) / 3e-4, 0.0, 1.0) * 50.0 * NOISE
+    ringing = np.where(LONG > START, 5.0 * NOISE * np.sin(2.0 * np.pi * 12e3 * LONG), 0.0)
+    values = level + ringing + NOISE * rng.standard_normal(len(LONG))
+    found = filtered(replace(taken(), channels={CHANNEL: values}), dataset)
+    (channel,) = observe(found.measured, dataset, {CHANNEL: NOISE}).channels
+    assert channel.record is not None
+    assert {cut.reason for cut in channel.record.cuts} <= {"outside"}
