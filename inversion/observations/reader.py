@@ -424,8 +424,8 @@ def _clock(measured: Measured, name: str) -> str:
 
 
 def _digits(seconds: float) -> str:
-    """In decimals down to 1 ns, or to what the clock itself resolves."""
-    return f"{seconds:.9f}".rstrip("0").rstrip(".")
+    """The fewest decimals that give the number, at most down to 1 ns."""
+    return np.format_float_positional(seconds, precision=9, trim="-")
 
 
 def _before_contact(points: _Points, rest_until: float) -> BeforeContact:
