@@ -29,6 +29,8 @@ READ_SO = (
 )
 """Signs of the provenance's lines on what was read in a way of its own."""
 
+STRAIN = 1.0  # a strain that no gauge survives: bonded foil ends at 0.2
+
 
 def import_curve(
     path: str | Path,
@@ -196,6 +198,7 @@ def _remarks(record: Measured) -> Iterator[str]:
 
     yield from (line for line in record.provenance if any(sign in line for sign in READ_SO))
     yield from (line for line in record.provenance if line.endswith("was subtracted."))
+    yield from _strains_beyond(record)
     try:
         channels = read_raw(record)
     except MeasuredError as error:
@@ -205,6 +208,19 @@ def _remarks(record: Measured) -> Iterator[str]:
         if channel.noise.known:
             yield f"{channel.name}: noise {quantity(channel.noise.level, channel.unit, 2)} ({channel.noise.source})"
         yield from (f"look at {text}" for text in channel.warnings)
+
+
+def _strains_beyond(record: Measured) -> Iterator[str]:
+    """Of channels without a unit, strains, those that no gauge survives: microstrain under a head that says none."""
+    import numpy as np
+
+    for name, values in record.channels.items():
+        largest = max(abs(float(np.nanmin(values))), abs(float(np.nanmax(values))))
+        if not record.units[name] and largest > STRAIN:
+            yield (
+                f"look at {name}: without a unit it is a strain, and it reaches {largest:.4g};"
+                f" microstrain is imported with --scale {name}=1e-6, per cent with --scale {name}=0.01"
+            )
 
 
 def _columns(texts: Iterable[str]) -> dict[str, str]:

@@ -341,3 +341,19 @@ def test_files_of_one_shot_on_clocks_of_their_own_become_one_record(tmp_path: Pa
     assert again.exit_code == 1
     assert 'both have "reaction_force"; leave it out of one of them' in again.output
     assert not (tmp_path / "again.csv").exists()
+
+
+def test_microstrain_under_a_head_without_a_unit_is_told(tmp_path: Path) -> None:
+    """A gauge's 2771 under "Strain [-]" was imported as a strain without a remark."""
+    source = tmp_path / "strain.csv"
+    values = 2771.0 * np.exp(-(((TIME - 1.5) / 0.3) ** 2)) + np.random.default_rng(0).normal(size=len(TIME))
+    source.write_text(
+        "Time [ms];Strain [-]\n" + "".join(f"{t:.3f};{v:.4f}\n" for t, v in zip(TIME, values, strict=True))
+    )
+    found = invoke(source, "--sensor", "strain_back=Strain", "--out", tmp_path / "o.csv")
+    assert found.exit_code == 0, found.output
+    assert "look at strain_back: without a unit it is a strain" in found.stdout
+    found = invoke(source, "--sensor", "strain_back=Strain", "--scale", "strain_back=1e-6", "--out", tmp_path / "p.csv")
+    assert found.exit_code == 0, found.output
+    assert "without a unit" not in found.stdout
+    assert read_measured(tmp_path / "p.csv").channels["strain_back"].max() == pytest.approx(2771e-6, rel=0.01)
