@@ -47,12 +47,23 @@ def _resolve(name: str | Path, folder: Path, suffix: str, what: str, beside: Pat
         if is_file(candidate):
             return candidate.resolve()
     if given.parent != Path():
-        there = candidates[0].parent
-        beside_it = [path.name for path in there.glob(f"*{suffix}")] if there.is_dir() else []
-        alike = difflib.get_close_matches(given.name, beside_it, n=1)
-        hint = f'did you mean "{alike[0]}"?' if alike else f"files there: {', '.join(sorted(beside_it)[:10]) or 'none'}"
-        raise UserError(f'"{name}" is no {what}; {hint}')
-    shipped = sorted(path.stem for path in folder.glob(f"*{suffix}"))
-    close = difflib.get_close_matches(given.stem, shipped, n=1)
-    hint = f'did you mean "{close[0]}"?' if close else f"shipped: {', '.join(shipped)}"
-    raise UserError(f'"{name}" is no {what} here and no shipped one; {hint}')
+        there = _files(candidates[0].parent, suffix)
+        otherwise = f"files there: {', '.join(there[:10]) or 'none'}"
+        raise UserError(f'"{name}" is no {what}; {_nearest(given.name, there, otherwise)}')
+    shipped = [Path(file).stem for file in _files(folder, suffix)]
+    otherwise = f"shipped: {', '.join(shipped)}"
+    raise UserError(f'"{name}" is no {what} here and no shipped one; {_nearest(given.stem, shipped, otherwise)}')
+
+
+def _files(folder: Path, suffix: str) -> list[str]:
+    """Names of the files of a kind, in order; none where the folder cannot be read or cannot exist."""
+    try:
+        return sorted(path.name for path in folder.glob(f"*{suffix}"))
+    except (OSError, ValueError):
+        return []
+
+
+def _nearest(given: str, known: list[str], otherwise: str) -> str:
+    """The hint of the nearest known name."""
+    close = difflib.get_close_matches(given, known, n=1)
+    return f'did you mean "{close[0]}"?' if close else otherwise

@@ -212,13 +212,13 @@ def _remarks(record: Measured) -> Iterator[str]:
 
 def _strains_beyond(record: Measured) -> Iterator[str]:
     """Of channels without a unit, strains, those that no gauge survives: microstrain under a head that says none."""
-    import numpy as np
+    from birdstrike.data.histories import largest
 
     for name, values in record.channels.items():
-        largest = max(abs(float(np.nanmin(values))), abs(float(np.nanmax(values))))
-        if not record.units[name] and largest > STRAIN:
+        reached = abs(float(largest(values)))
+        if not record.units[name] and reached > STRAIN:
             yield (
-                f"look at {name}: without a unit it is a strain, and it reaches {largest:.4g};"
+                f"look at {name}: without a unit it is a strain, and it reaches {reached:.4g};"
                 f" microstrain is imported with --scale {name}=1e-6, per cent with --scale {name}=0.01"
             )
 

@@ -306,13 +306,13 @@ def _channel(
     _refuse_few(measured, expected, name, fewest, points)
     _refuse_rest(measured, expected, name, points)
     known = measured.read_before.get(name)
-    before = _before_contact(points, -np.inf if known is not None and known.zeroed else expected.rest_until)
+    tested = known is not None and known.zeroed  # before the filter, behind which a plateau that rang is a flat top
+    before = _before_contact(points, -np.inf if tested else expected.rest_until)
     noise, noise_remarks = (
         _noise(measured, expected, name, points, before, test_stated)
         if known is None
         else (_noise_before(measured, name, points, known), ())
     )
-    tested = known is not None and known.zeroed  # before the filter, behind which a plateau that rang is a flat top
     sound = points if tested else _without_noisy_faults(measured, name, points, noise)
     _refuse_few(measured, expected, name, fewest, sound)
     times, values = sound.used

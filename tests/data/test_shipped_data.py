@@ -63,3 +63,5 @@ def test_a_mistyped_path_names_what_lies_in_that_folder(tmp_path: Path) -> None:
         resolve_measured(tmp_path / "catmn.csv")
     with pytest.raises(UserError, match=r"files there: none"):
         resolve_measured(tmp_path / "nowhere" / "catmn.csv")
+    with pytest.raises(UserError, match=r"files there: none"):
+        resolve_measured(tmp_path / ("n" * 300) / "catmn.csv")
