@@ -13,6 +13,7 @@ BALANCE_LIMIT = 0.01  # of the normal kinetic energy, beyond it a run fails; shi
 LINKED_LIMIT = 0.02  # the same of a target that tears, or has ties or rivets
 LINEAR_LIMIT, ANGULAR_LIMIT = 1e-10, 0.01  # of the bird's momentum, and of that times half its length
 LINKED_LINEAR_LIMIT = 1e-9
+FRICTION_LIMIT = 1e-4  # of the normal kinetic energy that friction gave: sound runs stay below 1e-5, tearing ones too
 EROSION_LIMIT = 0.05  # share of the bird's mass
 
 
@@ -39,6 +40,12 @@ def run_checks(coupling: Coupling, shells: str = "plate.elements") -> None:
         raise RunFailed(
             f"contact created {created:.1%} of the normal kinetic energy (limit {limit:.0%})",
             f"refine {shells} or bird.particles; if the bird meets the plate's rim, enlarge the plate",
+        )
+    rubbed = balance.friction_created(coupling.contact)
+    if rubbed > FRICTION_LIMIT:
+        raise RunFailed(
+            f"friction created {rubbed:.2%} of the normal kinetic energy (limit {FRICTION_LIMIT:.2%})",
+            "lower solver.courant or impact.friction",
         )
     linear = balance.momentum_error(coupling.bird, plate)
     angular = balance.angular_momentum_error(coupling.bird, coupling.half_length)

@@ -78,6 +78,10 @@ class Balance:
         """
         return max(contact.stored - self.energy["contact"], 0.0) / self.normal_energy
 
+    def friction_created(self, contact: Contact) -> float:
+        """Energy that friction gave where it should have taken, of the initial normal kinetic energy; 0 when sound."""
+        return 0.0 if contact.friction is None else contact.friction.created / self.normal_energy
+
     def momentum_error(self, bird: BirdBody, plate: Target) -> float:
         """|bird + plate + frame + what damping gave the air - initial| of the initial momentum."""
         now = self.bird_momenta(bird)[0] + plate.mass @ plate.v + self.frame_impulse + plate.air_impulse

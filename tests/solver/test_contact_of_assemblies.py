@@ -166,6 +166,20 @@ def test_a_free_edge_is_touched_and_pushes_along_the_line_from_it(triangles):
     assert bird.kinetic_energy() == pytest.approx(energy, rel=2e-3)
 
 
+@pytest.mark.parametrize("triangles", [False, True])
+@pytest.mark.parametrize("lean", [0.0, 0.3, 0.8])
+def test_a_free_edge_is_touched_all_along_it(lean, triangles):
+    """0.3 mm deep everywhere; where a triangle only has a corner there, what is beside it has the same corner."""
+    target = stiffened(triangles=triangles)
+    y, away = np.linspace(-0.045, 0.045, 91), 0.5 * (THICKNESS[1] + SPACING) - 3e-4
+    at = np.column_stack([np.full_like(y, away * np.sin(lean)), y, np.full_like(y, -0.04 - away * np.cos(lean))])
+    bird = particles(at, np.zeros_like(at))
+    contact = Contact(bird, target)
+    contact.update_forces(bird, target)
+    push = contact.stiffness * 3e-4 * np.array([np.sin(lean), 0.0, -np.cos(lean)])
+    assert contact.on_bird == pytest.approx(np.tile(push, (len(y), 1)), abs=1e-6 * contact.stiffness * 3e-4)
+
+
 def test_an_angle_s_outer_corner_is_touched_once():
     """A sharp fold: two sheets, one edge. From outside at 45 degrees the edge pushes once, along the bisector."""
     one = grid(np.array([0.0, -0.05, 0.0]), X, Y, (3, CELLS))

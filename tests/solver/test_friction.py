@@ -9,12 +9,13 @@ from birdstrike.reports.verification.columns import SEED
 from birdstrike.reports.verification.problems.target import sliding_layer
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
-from birdstrike.solver.kernels.contact.friction import slip_on_facet, tangents
+from birdstrike.solver.kernels.contact.friction import invert_inertia, slip_on_facet
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import plate_mesh, shell_mesh
 from birdstrike.solver.target.rectangle import plate_of
 from birdstrike.solver.target.section import ShellMaterial
 from tests.solver.target.triangles import cut
+from tests.solver.test_contact_of_assemblies import SIZE, stiffened
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)
 SPACING, THICKNESS = 5e-3, 0.004
@@ -46,25 +47,86 @@ def sliding_saddle(plate: Target) -> tuple[Bird, Contact]:
 
 @pytest.mark.parametrize("turn", [[300.0, 0.0, 0.0], [0.0, 300.0, 0.0], [0.0, 0.0, 300.0], [120.0, -250.0, 90.0]])
 @pytest.mark.parametrize("tilt", [0.0, 0.7, 1.4])
-def test_a_particle_that_turns_with_a_rigid_plate_does_not_slip(turn: list[float], tilt: float) -> None:
-    """Plate and particle at its height above the mid-surface as one body, in both tangents, however it lies."""
-    height, normal = 4e-3, np.array([0.0, -np.sin(tilt), np.cos(tilt)])
-    along = np.array([[1.0, 0.0, 0.0], np.cross(normal, [1.0, 0.0, 0.0])])
+@pytest.mark.parametrize("lean", [0.0, 1.5, 0.5 * np.pi])
+def test_a_particle_that_turns_with_a_rigid_plate_does_not_slip(turn: list[float], tilt: float, lean: float) -> None:
+    """Plate and particle at its height above the mid-surface as one body, however it lies, and at its border as well.
+
+    lean [rad]: of the line from the foot to the particle out of the facet's normal.
+    """
+    height, up = 4e-3, np.array([0.0, -np.sin(tilt), np.cos(tilt)])
+    along = np.array([[1.0, 0.0, 0.0], np.cross(up, [1.0, 0.0, 0.0])])
+    normal = np.cos(lean) * up + np.sin(lean) * along[0]
     nodes = 0.01 * np.array([[-1.0, -1.2], [1.1, -0.9], [1.0, 1.0], [-0.8, 1.1]]) @ along + [0.05, -0.02, 0.03]
-    at = np.array([0.3, -0.4])  # the foot's natural coordinates
+    at = np.array([0.3 if lean == 0.0 else 1.0, -0.4])  # the foot's natural coordinates
     shape = 0.25 * (1.0 + at[0] * np.array([-1, 1, 1, -1])) * (1.0 + at[1] * np.array([-1, -1, 1, 1]))
     particle = shape @ nodes + height * normal
-    base, corner, slip = np.zeros((2, 3)), np.zeros((4, 2)), np.zeros(2)
-    foot = np.array([*at, height, *normal])
-    tangents(foot, base)
-    state = (np.cross(turn, particle), nodes, np.cross(turn, nodes), np.arange(4), foot, base, corner, slip)
-    assert slip_on_facet(*state)[0] > 0.0
-    assert np.abs(slip).max() < 1e-12 * 300.0
-    assert slip_on_facet(state[0] + 7.0 * base[0] - 3.0 * base[1], *state[1:])[0] > 0.0
-    assert slip == pytest.approx([7.0, -3.0])
+    corner, inverse, slip = np.zeros((4, 3)), np.zeros((3, 3)), np.zeros(3)
+    foot, quad = np.array([*at, height, *normal]), np.arange(4)
+    assert invert_inertia(nodes, quad, corner, inverse)
+    where = (np.cross(turn, nodes), quad, foot, corner, inverse, slip)
+    assert slip_on_facet(np.cross(turn, particle), *where) < 1e-11 * 300.0
+    sliding = 7.0 * along[1] - 3.0 * np.cross(normal, along[1])
+    assert slip_on_facet(np.cross(turn, particle) + sliding + 5.0 * normal, *where) == pytest.approx(np.sqrt(58.0))
+    assert slip == pytest.approx(sliding)
+
+
+def pressed_on_a_free_edge(lean: float, triangles: bool) -> tuple[Bird, Target, Contact]:
+    """Particles in touch with a blade's free edge, `lean` [rad] off its plane, sliding every way: one evaluation."""
+    target = stiffened(triangles=triangles)
+    y = np.linspace(-0.045, 0.045, 10)
+    away = 0.5 * (8e-3 + SPACING) - 3e-4
+    x = np.column_stack([np.full_like(y, away * np.sin(lean)), y, np.full_like(y, -0.04 - away * np.cos(lean))])
+    bird = particles(x, np.random.default_rng(1).normal(0.0, 20.0, x.shape))
+    target.v[:] = np.random.default_rng(2).normal(0.0, 1.0, target.v.shape)
+    contact = Contact(bird, target, 0.3)
+    contact.update_forces(bird, target)
+    assert contact.touching == len(y)
+    return bird, target, contact
 
 
 both_shells = pytest.mark.parametrize("triangles", [False, True])
+leaning = pytest.mark.parametrize("lean", [0.0, 1e-4, 5e-3, 0.05, 0.6])
+
+
+@both_shells
+@leaning
+def test_friction_on_an_edge_turns_the_shell_by_forces_of_its_own_size(lean, triangles):
+    """Its couple is D F, carried by corners that lie half a facet from its middle, wherever the particle is.
+
+    Forces along the line to the particle were 1/sin(lean) as large: beyond all bounds in the shell's plane.
+    """
+    bird, target, contact = pressed_on_a_free_edge(lean, triangles)
+    friction = contact.friction
+    assert friction is not None
+    size = np.linalg.norm(friction.on_bird, axis=1)
+    assert (size > 0.0).all()
+    assert (size <= 0.3 * contact.stiffness * 3e-4 * (1.0 + 1e-9)).all()
+    assert np.linalg.norm(friction.on_plate, axis=1).sum() < (1.0 + 8.0 * 0.5 * (8e-3 + SPACING) / SIZE) * size.sum()
+    assert np.abs(friction.on_bird.sum(axis=0) + friction.on_plate.sum(axis=0)).max() < 1e-12 * size.sum()
+    moment = np.cross(bird.x, friction.on_bird).sum(axis=0) + np.cross(target.x, friction.on_plate).sum(axis=0)
+    assert np.abs(moment).max() < 1e-10 * size.sum()
+    assert (friction.on_bird * bird.v).sum() + (friction.on_plate * target.v).sum() < 0.0
+
+
+@leaning
+def test_friction_on_a_free_edge_takes_energy_and_never_gives_it(lean):
+    """Particles held to a blade's edge rub it to rest: what blade and particles have left falls in every step."""
+    bird, target, contact = pressed_on_a_free_edge(lean, False)
+    friction = contact.friction
+    assert friction is not None
+    dt = 0.5 * min(target.stable_step(), contact.stable_step(bird, target))
+    energy = bird.kinetic_energy() + target.kinetic_energy()
+    heat = [0.0]
+    for _ in range(300):
+        bird.v[: bird.n] += dt * friction.on_bird / bird.masses[:, None]
+        target.nodes.nodal[:] = 0.0
+        target.v[:] += dt * friction.on_plate / target.mass[:, None] * ~target.fixed[:, None]
+        contact.update_forces(bird, target)
+        heat.append(heat[-1] + friction.work(bird, target, dt))
+    assert np.all(np.diff(heat) > -1e-9 * energy)
+    assert heat[-1] > 0.1 * energy
+    assert bird.kinetic_energy() + target.kinetic_energy() + heat[-1] < energy * (1.0 + 1e-3)
+    assert friction.created < 1e-9 * energy
 
 
 @both_shells

@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 
 from birdstrike.data.errors import CaseError, RunFailed
+from birdstrike.solver.bird.body import BirdBody
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.checks import BALANCE_LIMIT, run_checks
+from birdstrike.solver.contact import Contact
 from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.simulate import PlateState, simulate
+from birdstrike.solver.target.assembly import Target
 
 TINY = {
     "bird.particles": "120",
@@ -29,9 +32,9 @@ def tiny(**changes: str) -> Case:
     return load_case("reference_strike_156mm", TINY | {k.replace("__", "."): v for k, v in changes.items()})
 
 
-def in_contact() -> Coupling:
+def in_contact(**changes: str) -> Coupling:
     """A strike in which some particles touch the plate."""
-    strike = Coupling(tiny())
+    strike = Coupling(tiny(**changes))
     while not strike.contact.touching:
         strike.advance()
         strike.move()
@@ -109,6 +112,35 @@ def test_a_run_whose_contact_creates_energy_fails(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("birdstrike.solver.energy_balance.Balance.contact_created", lambda *_: 0.03)
     with pytest.raises(RunFailed, match=r"contact created 3\.0% .*refine plate\.elements or bird\.particles"):
         simulate(tiny())
+
+
+def test_friction_that_gives_energy_fails_the_run(monkeypatch: pytest.MonkeyPatch):
+    """Turned round on every tenth particle: the others' heat and the energy balance hide it."""
+    strike = in_contact(impact__friction="0.3")
+    friction, balance = strike.contact.friction, strike.balance
+    assert friction is not None
+    sound, every_tenth = friction.update_forces, slice(None, None, 10)
+
+    def turned_round(contact: Contact, bird: BirdBody, plate: Target) -> None:
+        sound(contact, bird, plate)
+        change = -2.0 * friction.own[0][every_tenth]
+        for forces in (friction.own[0], friction.on_bird, contact.on_bird):
+            forces[every_tenth] += change
+
+    def go(steps: int) -> None:
+        for _ in range(steps):
+            strike.advance()
+            strike.audit() if strike.at_bird else strike.move()
+
+    go(120)
+    assert balance.friction_created(strike.contact) < 1e-6
+    run_checks(strike)
+    monkeypatch.setattr(friction, "update_forces", turned_round)
+    go(120)
+    assert balance.worst < BALANCE_LIMIT
+    assert 1e-4 < balance.friction_created(strike.contact) < balance.energy["friction"] / balance.normal_energy
+    with pytest.raises(RunFailed, match=r"friction created 0\.\d+% .*\(limit 0\.01%\); lower solver\.courant"):
+        run_checks(strike)
 
 
 def test_a_bird_through_the_plate_names_its_remedy():

@@ -20,6 +20,8 @@ from birdstrike.solver.kernels.contact.triangle_contact import share_along
 INSIDE, NOTHING = -1, -2
 HOLE = 32
 """Torn facets of a hole that are looked around, the nearest by sides first."""
+FAN = 32
+"""Facets around a node that are looked at, either way."""
 FREE, OWN = -1, -2
 NEARER = 1.0 - 1e-9
 """Of a distance, by which another facet must be nearer: on a ridge both are as far, and the particle stays."""
@@ -126,6 +128,64 @@ def nearest_around_hole(point, nodes, quads, across, alive, facet, torn, foot, r
 
 
 @njit(cache=True)
+def nearest_beside(point, nodes, quads, across, alive, facet, foot, room):
+    """As `nearer_of`, of the facets and the holes beyond the sides that the point may be beyond."""
+    first, second = sides_beyond(quads[facet], foot[0], foot[1])
+    nearest = facet
+    for side in (first, second):
+        beyond = across[facet, side]
+        if beyond < 0:
+            continue
+        if alive[beyond]:
+            nearest = nearer_of(point, nodes, quads, nearest, beyond, foot, room)
+        else:
+            nearest = nearest_around_hole(point, nodes, quads, across, alive, nearest, beyond, foot, room)
+    return nearest
+
+
+@njit(cache=True, inline="always")
+def node_at(quad, xi, eta):
+    """The corner that a nearest point is on, by its node; -1 where it is on none."""
+    if quad[2] == quad[3] and eta >= 1.0:
+        return quad[2]
+    if abs(xi) < 1.0 or abs(eta) < 1.0:
+        return -1
+    if eta < 0.0:
+        return quad[0] if xi < 0.0 else quad[1]
+    return quad[3] if xi < 0.0 else quad[2]
+
+
+@njit(cache=True, inline="always")
+def is_end_of_side(quad, side, node):
+    """Whether a node ends a side of the facet; of a triangle's last side, which is a point, none does."""
+    one, other = ends_of_side(quad, side)
+    return one != other and node in (one, other)
+
+
+@njit(cache=True)
+def nearest_around_node(point, nodes, quads, across, alive, facet, node, foot, room):
+    """As `nearer_of`, of the facets around a node, from `facet` on either way to a border, a tear, or all around.
+
+    Where the foot is a node, the facets beside may have it nearest as well, and one farther around be nearer.
+    """
+    nearest = facet
+    for begin in range(4):
+        if not is_end_of_side(quads[facet], begin, node):
+            continue
+        before, at = facet, across[facet, begin]
+        for _ in range(FAN):
+            if at < 0 or at == facet or not alive[at]:
+                break
+            nearest = nearer_of(point, nodes, quads, nearest, at, foot, room)
+            beyond = -1
+            for side in range(4):
+                if is_end_of_side(quads[at], side, node) and across[at, side] != before:
+                    beyond = across[at, side]
+            before, at = at, beyond
+    return nearest
+
+
+@njit(cache=True)
 def nearest_on_sheet(point, nodes, quads, across, alive, facet, foot, room):
     """The facet nearest to the point, from `facet` on over sides and holes, and the border that the point is beyond.
 
@@ -135,16 +195,11 @@ def nearest_on_sheet(point, nodes, quads, across, alive, facet, foot, room):
     if not (alive[facet] and nearest_on_facet(point, nodes, quads[facet], foot)):
         return facet, NOTHING
     for _ in range(64):
-        first, second = sides_beyond(quads[facet], foot[0], foot[1])
-        nearest = facet
-        for side in (first, second):
-            beyond = across[facet, side]
-            if beyond < 0:
-                continue
-            if alive[beyond]:
-                nearest = nearer_of(point, nodes, quads, nearest, beyond, foot, room)
-            else:
-                nearest = nearest_around_hole(point, nodes, quads, across, alive, nearest, beyond, foot, room)
+        nearest = nearest_beside(point, nodes, quads, across, alive, facet, foot, room)
+        if nearest == facet:
+            node = node_at(quads[facet], foot[0], foot[1])
+            if node >= 0:
+                nearest = nearest_around_node(point, nodes, quads, across, alive, facet, node, foot, room)
         if nearest == facet:
             break
         facet = nearest
