@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -20,8 +20,9 @@ from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.plate import EdgeSprings
 from birdstrike.solver.case.plate import Plate as PlateOfCase
 from birdstrike.solver.case.sections import Impact
+from birdstrike.solver.case.struck import Plane, about_z, direction_of, point_of_aim, shells_at_rest
 from birdstrike.solver.case.target import Target as TargetOfCase
-from birdstrike.solver.target.assembled import LinkData, PartData, assembled, shells_of
+from birdstrike.solver.target.assembled import LinkData, PartData, assembled
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import ShellMesh, cylindrical_panel, plate_mesh
 from birdstrike.solver.target.rectangle import plate_of, rigid_plate_of
@@ -64,7 +65,7 @@ def rest_mesh(case: Case) -> ShellMesh:
     """The shells that a bird can hit, at rest."""
     if case.target is None:
         return mesh_of(case.plate)
-    return shells_of(case.target.source.mesh(), case.target.metals)
+    return shells_at_rest(case.target)
 
 
 def mesh_of(plate: PlateOfCase) -> ShellMesh:
@@ -100,20 +101,6 @@ def turned(points: Array, impact: Impact) -> Array:
     return points @ (np.stack([along, across, up]) @ about_z(impact.heading))
 
 
-def about_z(heading: float) -> Array:
-    """What turns row vectors about z by an angle [rad]."""
-    if not heading:
-        return np.eye(3)
-    c, s = math.cos(heading), math.sin(heading)
-    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def direction_of(impact: Impact) -> Array:
-    """Unit vector of the velocity, (3,)."""
-    direction = np.array([math.cos(impact.angle), 0.0, -math.sin(impact.angle)])
-    return direction @ about_z(impact.heading) if impact.heading else direction
-
-
 def surface_in_flight(case: Case) -> Array:
     """Points (n, 3) [m] on the ideal surface of the case's bird about its centre, turned as it flies.
 
@@ -131,6 +118,17 @@ def nose_meets(surface: Array, angle: float, height: float) -> tuple[float, floa
     lowest = surface[:, 2].min()
     touching = surface[np.isclose(surface[:, 2], lowest, atol=1e-9)]
     return float(touching[:, 0].mean() + (lowest - height) / math.tan(angle)), float(touching[:, 1].mean())
+
+
+def nose_on_plane(surface: Array, direction: Array, plane: Plane, height: float) -> Array:
+    """From the plane's point to where the first of a bird's points (n, 3) to touch it does, in the plane, (3,) [m].
+
+    The bird flies through the plane's point along `direction` (3,) and touches at `height` [m] from the plane.
+    """
+    away = surface @ plane.normal
+    touching = surface[np.isclose(away, away.min(), atol=1e-9)].mean(axis=0)
+    met = touching + (height - away.min()) / (direction @ plane.normal) * direction
+    return met - (met @ plane.normal) * plane.normal
 
 
 def flight_to_panel(x: Array, direction: Array, plate: PlateOfCase, surface: float) -> float:
@@ -154,6 +152,17 @@ def flight_to_panel(x: Array, direction: Array, plate: PlateOfCase, surface: flo
     return float(flight[on_panel].min()) if on_panel.any() else plane
 
 
+def flight_to(case: Case, points: Array, surface: float, plane: Plane | None) -> float:
+    """Least distance [m] that a point of (n, 3) flies until it touches what is struck, a plate, panel or `plane`.
+
+    surface: distance from the mid-surface at which a point touches [m].
+    """
+    direction = direction_of(case.impact)
+    if plane is None:
+        return flight_to_panel(points, direction, case.plate, surface)
+    return float((plane.seen(points)[:, 2].min() - surface) / -(plane.normal @ direction))
+
+
 def build_bird(case: Case) -> tuple[BirdBody, float]:
     """Bird of the case and when it is there [s]: `standoff` of flight before its ideal surface touches, at 0.
 
@@ -174,20 +183,21 @@ def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array, flo
     """
     impact, half = case.impact, 0.5 * case.plate.thickness
     direction = direction_of(impact)
-    surface, start = surface_in_flight(case), aimed_at(case)
+    surface, start, plane = surface_in_flight(case), aimed_at(case), case.struck_plane
     x = turned(points, impact) + start
-    flight = flight_to_panel(surface + start, direction, case.plate, half + 0.25 * skin) - impact.standoff
+    flight = flight_to(case, surface + start, half + 0.25 * skin, plane) - impact.standoff
     thickest = half if case.target is None else 0.5 * max(part.thickness for part in case.target.parts.values())
-    free = min(flight, flight_to_panel(x, direction, case.plate, thickest + skin))
+    free = min(flight, flight_to(case, x, thickest + skin, plane))
     return x + free * direction, np.tile(impact.speed * direction, (len(x), 1)), (free - flight) / impact.speed
 
 
 def aimed_at(case: Case) -> Array:
     """Where the bird's axis meets the plate's mid-plane, (3,) [m]: the point of aim, or such that the nose meets it."""
-    start = np.array([*case.impact.offset, 0.0])
-    if case.impact.point is not None:
-        start += case.impact.point
-    if case.impact.aim == "first_touch":
+    start = point_of_aim(case.impact)
+    plane = case.struck_plane if case.impact.aim == "first_touch" else None
+    if plane is not None:
+        start -= nose_on_plane(surface_in_flight(case), direction_of(case.impact), plane, 0.5 * case.plate.thickness)
+    elif case.impact.aim == "first_touch":
         x_nose, y_nose = nose_meets(surface_in_flight(case), case.impact.angle, 0.5 * case.plate.thickness)
         start -= [x_nose, y_nose if case.impact.yaw else 0.0, 0.0]  # without yaw the nose lies at y = 0 exactly
     return start
@@ -200,6 +210,34 @@ def middle_of(case: Case) -> tuple[float, float]:
     nodes = case.target.source.mesh().nodes
     x, y, _ = 0.5 * (nodes.min(axis=0) + nodes.max(axis=0))
     return float(x), float(y)
+
+
+@dataclass(frozen=True)
+class Outline:
+    """What is struck in the axes of the plane that the bird strikes: along length, width, the normal.
+
+    aim, direction (3,): the point of aim [m], and the velocity's; middle, sides (2,): of the rectangle around it [m].
+    """
+
+    plane: Plane | None
+    aim: Array
+    direction: Array
+    middle: Array
+    sides: Array
+
+    def seen(self, points: Array) -> Array:
+        """Points (n, 3) [m] in these axes."""
+        return points if self.plane is None else self.plane.seen(points)
+
+
+def outline_of(case: Case) -> Outline:
+    """The outline in plan, of a curved panel its arc's length; of shells that lie aslant across their normal."""
+    plane, aim, direction = case.struck_plane, aimed_at(case), direction_of(case.impact)
+    if plane is None or case.target is None:
+        return Outline(None, aim, direction, np.array(middle_of(case)), np.array([case.plate.length, case.plate.width]))
+    nodes = plane.seen(case.target.source.mesh().nodes)[:, :2]
+    low, high = nodes.min(axis=0), nodes.max(axis=0)
+    return Outline(plane, plane.seen(aim), plane.axes @ direction, 0.5 * (low + high), high - low)
 
 
 def build_hexahedra(case: Case) -> tuple[HexBird, float]:

@@ -66,7 +66,8 @@ def shells_of(case: Case) -> str:
 
 def untouched(coupling: Coupling) -> str:
     """Why the bird and the plate never met, and what to change."""
-    if (coupling.bird.x[: coupling.bird.n, 2] < coupling.plate.x[:, 2].min()).all():
+    behind = (coupling.plate.x @ coupling.normal).min()
+    if (coupling.bird.x[: coupling.bird.n] @ coupling.normal < behind).all():
         return "the bird flew past the plate: enlarge it, or aim elsewhere (impact.offset, impact.point, impact.angle)"
     return "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from birdstrike.data.errors import CaseError, RunFailed
-from birdstrike.data.histories import Snapshot
+from birdstrike.data.histories import Array, Snapshot
 from birdstrike.solver.bird.body import BirdBody
-from birdstrike.solver.build import build_bird, build_plate, middle_of
+from birdstrike.solver.build import build_bird, build_plate, outline_of
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.struck import UP
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.energy_balance import Balance
 
@@ -82,7 +83,8 @@ class Coupling:
         self.bird, begin, bird_step = bird_and_step(case)
         self.contact = Contact(self.bird, self.plate, case.impact.friction)
         self.contact.refuse_overlap(self.bird, self.plate)
-        normal_speed = case.normal_speed
+        normal_speed, plane = case.normal_speed, case.struck_plane
+        self.normal = UP if plane is None else plane.normal
         self.limits = Steps(
             bird_step,
             self.plate.stable_step(),
@@ -106,12 +108,12 @@ class Coupling:
 
     def _touches_beside(self, case: Case) -> bool:
         """Whether the first particle to reach the plate's plane is then beside the plate."""
-        lowest = self.bird.x[np.argmin(self.bird.x[:, 2])]
-        flown = (lowest[2] - self.contact.gap) / math.tan(case.impact.angle)
-        heading = case.impact.heading
-        touch = lowest[:2] + flown * np.array([math.cos(heading), math.sin(heading)])
-        off = np.abs(touch - middle_of(case))
-        return bool(np.any(off > 0.5 * np.array([case.plate.length, case.plate.width])))
+        seen = outline_of(case)
+        x = seen.seen(self.bird.x)
+        lowest = x[np.argmin(x[:, 2])]
+        way = seen.direction[:2] / -seen.direction[2]
+        off = np.abs(lowest[:2] + (lowest[2] - self.contact.gap) * way - seen.middle)
+        return bool(np.any(off > 0.5 * seen.sides))
 
     @property
     def at_bird(self) -> bool:
@@ -130,12 +132,18 @@ class Coupling:
             contact.predict_kick(bird, 0.5 * since)
             bird.update_forces(self.stride * since)
         plate.reaction(contact.on_plate, self.reaction)
-        self.push = -float(contact.on_plate[:, 2].sum())
+        self.push = self.push_of(contact.on_plate)
         self.deepest = max(self.deepest, contact.deepest)
         if self.at_bird:
             bird.update_energies(self.stride * since)
         plate.update_energies()
         contact.update_energies(bird, plate, since)
+
+    def push_of(self, forces: Array) -> float:
+        """Resultant of forces on the nodes (m, 3) [N] against the normal of the plane that is struck."""
+        if self.normal is UP:
+            return -float(forces[:, 2].sum())
+        return -float(forces.sum(axis=0) @ self.normal)
 
     def move(self) -> None:
         """Kick to the next half step, drift to the next whole step."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.solver.build import aimed_at, direction_of, middle_of, rest_mesh, stiffness_of
+from birdstrike.solver.build import aimed_at, outline_of, rest_mesh, stiffness_of
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.remarks import remarks
 from birdstrike.solver.sensors.instrument import unrecorded
@@ -92,10 +92,11 @@ def aimed_off(case: Case) -> list[str]:
     if off <= AIMED_OFF * case.bird.diameter:
         return []
     in_file = ", ".join(f"{c:.6g} mm" for c in np.round(1e3 * (nearest + np.array(target.origin)), 3) + 0.0)
+    plane = "the plane through target.origin" if case.struck_plane is None else "the part's plane there"
     aimed_by = "impact.offset" if case.impact.point is None else "impact.point"
     return [
         f"the struck part {target.struck_name} of target.mesh = {target.mesh} lies {1e3 * off:.4g} mm away from the "
-        "point that the bird is aimed at: stand-off and first contact count to the plane through target.origin, so the "
+        f"point that the bird is aimed at: stand-off and first contact count to {plane}, so the "
         f"bird meets the part at another time, or never; set target.origin to a point of the part, nearest "
         f"({in_file}) in the file's axes, or correct {aimed_by}"
     ]
@@ -103,7 +104,7 @@ def aimed_off(case: Case) -> list[str]:
 
 def edge_on(case: Case) -> list[str]:
     """A warning where the bird meets the edge of a shell with particles that are wider than it."""
-    if case.target is None or not meets_edge(case):
+    if case.target is None or not case.meets_edge:
         return []
     spacing, thickness = float(np.cbrt(case.bird.volume / case.bird.particles)), case.target.struck_part.thickness
     if spacing < thickness:
@@ -113,22 +114,6 @@ def edge_on(case: Case) -> list[str]:
         f"{1e3 * thickness:.3g} mm as one of {1e3 * (thickness + spacing):.3g} mm, so that the forces are too high and "
         "fall with their number; raise bird.particles until they change no more"
     ]
-
-
-def meets_edge(case: Case) -> bool:
-    """Whether a mesh from a file is aimed at where all its shells stand along the flight: the edge of a rib."""
-    if case.target is None or case.target.mesh is None:
-        return False
-    from birdstrike.solver.sensors.places import facets_around, normal_of, place_in_space  # late: compiled kernels
-
-    mesh = rest_mesh(case)
-    place = place_in_space(mesh, np.array(aimed_at(case)), case.target.struck_name)
-    normals = np.array([normal_of(mesh, facet) for facet in facets_around(mesh.quads, place, rings=0)])
-    return bool((np.abs(normals @ direction_of(case.impact)) < EDGE_ON).all())
-
-
-EDGE_ON = 0.2
-"""Cosine of a shell's normal to the flight below which the bird meets its edge."""
 
 
 def long_rivets(case: Case) -> list[str]:
@@ -235,14 +220,18 @@ def share_beside_plate(case: Case) -> float:
 
     The bird is round about its line of flight: its shadow on the plane is an ellipse, diameter/sin(angle) long.
     """
-    ring = (np.arange(RINGS) + 0.5) / RINGS
+    ring, seen = (np.arange(RINGS) + 0.5) / RINGS, outline_of(case)
     radius, turn = np.meshgrid(0.5 * case.bird.diameter * np.sqrt(ring), 2.0 * math.pi * ring)
-    (x, y, z), (x_middle, y_middle) = aimed_at(case), middle_of(case)
-    heading, shift = case.impact.heading, z / math.tan(case.impact.angle)
-    longer, wide = shift + radius * np.cos(turn) / math.sin(case.impact.angle), radius * np.sin(turn)
+    (x, y, z), (x_middle, y_middle) = seen.aim, seen.middle
+    angle, heading = case.impact.angle, case.impact.heading
+    length, width = span_along(case), case.plate.width
+    if seen.plane is not None:
+        angle, heading = math.asin(-seen.direction[2]), math.atan2(seen.direction[1], seen.direction[0])
+        length, width = seen.sides
+    longer, wide = z / math.tan(angle) + radius * np.cos(turn) / math.sin(angle), radius * np.sin(turn)
     along = np.abs(x - x_middle + longer * math.cos(heading) - wide * math.sin(heading))
     across = np.abs(y - y_middle + longer * math.sin(heading) + wide * math.cos(heading))
-    return float(np.mean((along > 0.5 * span_along(case)) | (across > 0.5 * case.plate.width)))
+    return float(np.mean((along > 0.5 * length) | (across > 0.5 * width)))
 
 
 def span_along(case: Case) -> float:
@@ -272,11 +261,11 @@ may be right by chance.
 
 def coarse_mesh(case: Case) -> list[str]:
     """A warning for the plate's mesh and one for the bird's where the error to be expected is beyond the limit."""
-    return [] if case.plate.rigid or meets_edge(case) else [*_coarse_plate(case), *_coarse_bird(case)]
+    return [] if case.plate.rigid or case.meets_edge else [*_coarse_plate(case), *_coarse_bird(case)]
 
 
 def _coarse_plate(case: Case) -> list[str]:
-    error, elements = plate_mesh_error(case), case.plate.elements
+    error, (_, elements) = plate_mesh_error(case), shells_across(case)
     if error <= MESH_LIMIT:
         return []
     size = f"{min(elements)} shells across the plate, a shell {shell_over_radius(case):.2g} times the bird's radius"
@@ -326,7 +315,7 @@ def _fine_enough(case: Case) -> list[int]:
 
 def plate_mesh_error(case: Case) -> float:
     """Expected error of the peak displacement by the plate's mesh, a share of the peak."""
-    by_count = interpolated(SHELLS_ACROSS, min(case.plate.elements))
+    by_count = interpolated(SHELLS_ACROSS, min(shells_across(case)[1]))
     by_size = interpolated(SHELL_OVER_RADIUS, shell_over_radius(case))
     return max(by_count, by_size, *map(partial(interpolation_error, case), case.sensors))
 
@@ -361,7 +350,16 @@ def interpolated(table: Mapping[Any, float], at: float) -> float:
     return math.exp(float(np.interp(math.log(at), np.log(known), np.log(values))))
 
 
+def shells_across(case: Case) -> tuple[tuple[float, float], tuple[int, int]]:
+    """Length and width of what is struck [m], and its shells along them: of a mesh that lies aslant in its plane."""
+    plate, seen = case.plate, outline_of(case)
+    if seen.plane is None or case.target is None:
+        return (plate.length, plate.width), plate.elements
+    (length, width), size = seen.sides, case.target.source.element_size
+    return (length, width), (max(round(length / size), 2), max(round(width / size), 2))
+
+
 def shell_over_radius(case: Case) -> float:
     """Root of a shell's area over the bird's radius."""
-    plate, (along, across) = case.plate, case.plate.elements
-    return math.sqrt(plate.length * plate.width / (along * across)) / (0.5 * case.bird.diameter)
+    (length, width), (along, across) = shells_across(case)
+    return math.sqrt(length * width / (along * across)) / (0.5 * case.bird.diameter)

@@ -143,7 +143,7 @@ class PlateState:
         rest, now = coupling.plate.mesh.nodes, coupling.plate.x
         self.strain = coupling.plate.eps_p
         shorter = float(np.sort(np.ptp(rest, axis=0))[1])  # of a target that stands upright too
-        self.sag = float(np.ptp(now[:, 2] - rest[:, 2])) / shorter
+        self.sag = float(np.ptp((now - rest) @ coupling.normal)) / shorter
 
     def explained(self, failure: RunFailed) -> RunFailed:
         """The failure with its physical cause where the plate had given way: then no step or mesh is the remedy."""

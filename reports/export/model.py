@@ -292,7 +292,9 @@ def _contacts(parts: tuple[ShellPart, ...], skin: float) -> Iterator[ContactPair
 
 def _sensors(case: Case, target: Target, bird: BirdBody) -> tuple[tuple[SensorOutput, ...], tuple[str, ...]]:
     """What is recorded for the case's sensors, and those for which a code has nothing."""
-    run: Any = SimpleNamespace(plate=target, bird=bird)
+    plane = case.struck_plane
+    against = np.array([0.0, 0.0, -1.0]) if plane is None else -plane.normal
+    run: Any = SimpleNamespace(plate=target, bird=bird, against=against)
     found, missing = [], []
     order = _element_numbers(case, target)
     for name, sensor in case.sensors.items():
@@ -316,7 +318,7 @@ def _output(name: str, sensor: Sensor, run: Any, order: Numbers) -> SensorOutput
     target: Target = run.plate
     push = np.array([0.0, 0.0, -1.0])
     if sensor.kind == "contact_force":
-        return SensorOutput(name, sensor.kind, sensor.unit, np.empty(0, np.int64), np.empty(0), push)
+        return SensorOutput(name, sensor.kind, sensor.unit, np.empty(0, np.int64), np.empty(0), run.against)
     if sensor.kind == "reaction_force":
         rows = target.supports.nodes
         support = getattr(sensor, "support", None)

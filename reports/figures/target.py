@@ -30,7 +30,7 @@ from birdstrike.reports.figures.style import (
     styled,
     write_figure,
 )
-from birdstrike.solver.build import aimed_at, build_plate, direction_of, flight_to_panel, surface_in_flight
+from birdstrike.solver.build import aimed_at, build_plate, direction_of, flight_to, surface_in_flight
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.sensors.places import place_in_space, place_on, point_at
 from birdstrike.solver.sensors.sensor import Placed
@@ -83,7 +83,7 @@ def drawn_target(case: Case) -> DrawnTarget:
         part[facets] = number
     direction = direction_of(case.impact)
     surface = surface_in_flight(case) + aimed_at(case)
-    flight = flight_to_panel(surface, direction, case.plate, 0.5 * case.plate.thickness)
+    flight = flight_to(case, surface, 0.5 * case.plate.thickness, case.struck_plane)
     surface += (flight - case.impact.standoff) * direction
     supports = {name: target.mesh.nodes[target.supports.nodes[rows]] for name, rows in target.supports.sets.items()}
     if case.plate.rigid and case.target is None:

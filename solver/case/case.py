@@ -38,6 +38,7 @@ from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
 from birdstrike.solver.case.settings import DiagnosisSettings, InversionSettings, Prior, SolverSettings
+from birdstrike.solver.case.struck import Plane, direction_of, meets_edge, struck_plane
 from birdstrike.solver.case.target import Target, holds, parts_of_mesh, with_envelope
 from birdstrike.solver.case.write import copy_case
 from birdstrike.solver.effects.effect import SECTIONS
@@ -104,9 +105,22 @@ class Case(Section):
         return self._name
 
     @property
+    def struck_plane(self) -> Plane | None:
+        """The plane that the bird strikes, by which stand-off and normal speed count; None where it is z = 0."""
+        return struck_plane(self.impact, self.target)
+
+    @property
+    def meets_edge(self) -> bool:
+        """Whether the bird is aimed at the edge of shells that stand along its flight."""
+        return meets_edge(self.impact, self.target)
+
+    @property
     def normal_speed(self) -> float:
-        """Component of the velocity normal to the plate [m/s]."""
-        return self.impact.speed * math.sin(self.impact.angle)
+        """Component of the velocity normal to the plane that is struck [m/s]."""
+        plane = self.struck_plane
+        if plane is None:
+            return self.impact.speed * math.sin(self.impact.angle)
+        return -self.impact.speed * float(plane.normal @ direction_of(self.impact))
 
     @property
     def first_contact(self) -> float:

@@ -30,7 +30,8 @@ Along = tuple[Component, Component, Component]
 class Run(Protocol):
     """The running state as sensors see it.
 
-    push: contact force on the plate along -z [N]; reaction: force on the frame, (3,) [N].
+    push: contact force on the plate, against the normal of the plane that is struck [N]; reaction: force on the frame,
+    (3,) [N].
     """
 
     @property
