@@ -145,14 +145,12 @@ def nearest_beside(point, nodes, quads, across, alive, facet, foot, room):
 
 @njit(cache=True, inline="always")
 def node_at(quad, xi, eta):
-    """The corner that a nearest point is on, by its node; -1 where it is on none."""
-    if quad[2] == quad[3] and eta >= 1.0:
+    """The corner of a triangle that a nearest point is on, by its node; -1 where it is on none."""
+    if eta >= 1.0:
         return quad[2]
-    if abs(xi) < 1.0 or abs(eta) < 1.0:
+    if abs(xi) < 1.0 or eta > -1.0:
         return -1
-    if eta < 0.0:
-        return quad[0] if xi < 0.0 else quad[1]
-    return quad[3] if xi < 0.0 else quad[2]
+    return quad[0] if xi < 0.0 else quad[1]
 
 
 @njit(cache=True, inline="always")
@@ -166,7 +164,8 @@ def is_end_of_side(quad, side, node):
 def nearest_around_node(point, nodes, quads, across, alive, facet, node, foot, room):
     """As `nearer_of`, of the facets around a node, from `facet` on either way to a border, a tear, or all around.
 
-    Where the foot is a node, the facets beside may have it nearest as well, and one farther around be nearer.
+    Where the foot is a node, the facets beside may have it nearest as well, and one farther around be nearer. Of
+    quadrilaterals, four to a node, the two beside a facet are all that can be.
     """
     nearest = facet
     for begin in range(4):
@@ -196,7 +195,7 @@ def nearest_on_sheet(point, nodes, quads, across, alive, facet, foot, room):
         return facet, NOTHING
     for _ in range(64):
         nearest = nearest_beside(point, nodes, quads, across, alive, facet, foot, room)
-        if nearest == facet:
+        if nearest == facet and quads[facet, 2] == quads[facet, 3]:
             node = node_at(quads[facet], foot[0], foot[1])
             if node >= 0:
                 nearest = nearest_around_node(point, nodes, quads, across, alive, facet, node, foot, room)
