@@ -17,6 +17,7 @@ from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.instrument import with_faults
+from birdstrike.inversion.diagnosis.plan import INSTRUMENT
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem, each
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Record, Shot
@@ -24,6 +25,7 @@ from birdstrike.inversion.diagnosis.system import build
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.effects.instrument import combined
 
 BLOCK = (0.45, 0.75)  # of the record: a stretch behind the peak, long beside the discrepancy's correlation time
 FEWEST = 5  # points left in a channel
@@ -231,18 +233,24 @@ class SolverRun:
 def case_at(shot: Shot, fit: Fit, hypothesis: Hypothesis) -> Case:
     """The declared case with the parameters and effects that the answer states."""
     plan, (z, sizes) = shot.setup.plan, estimate(shot, hypothesis, fit)
-    case = plan.case.with_values(plan.values(z))
-    acting = [one for one in hypothesis.members if shot.name in one.shots]
-    common = {one.name: one.magnitude(sizes[one.label]) for one in acting if one.label.split("@")[0] == one.name}
-    common = {name: value for name, value in common.items() if np.isfinite(value) and value}
-    if common:
-        case = case.with_effects({**case.effects, **common})
-    faults = [
-        (one.fault.sensors[0], one.name, one.magnitude(sizes[one.label]))
-        for one in acting
-        if one.fault is not None and one.label.split("@")[0] != one.name
-    ]
-    return with_faults(case, faults)
+    acting = [(one, one.magnitude(sizes[one.label])) for one in hypothesis.members if shot.name in one.shots]
+    return case_with(plan.case.with_values(plan.values(z)), acting)
+
+
+def case_with(case: Case, acting: Sequence[tuple[Suspect, float]]) -> Case:
+    """The case with effects of magnitudes [SI] beside those that it declares; what is not finite is left out."""
+    faults, common = list[tuple[str, str, float]](), dict[str, float]()
+    for one, value in acting:
+        if one.fault is not None and one.label.split("@")[0] != one.name:
+            faults.append((one.fault.sensors[0], one.name, value))
+        elif np.isfinite(value) and value:
+            common[one.name] = _beside_declared(case, one.name, value)
+    return with_faults(case.with_effects({**case.effects, **common}) if common else case, faults)
+
+
+def _beside_declared(case: Case, name: str, value: float) -> float:
+    """Magnitude of an effect together with what the case declares of it, as only an instrument's can be there twice."""
+    return combined(name, case.effects.get(name, 0.0), value) if name in INSTRUMENT else value
 
 
 def run_at(

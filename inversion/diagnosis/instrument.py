@@ -1,7 +1,8 @@
 """Instrument effects as signatures on the model's own curve: clock, gain, bandwidth, drift; in common and per sensor.
 
-reading(t) = (1 + gain) lowpass[signal](t - time_offset) + drift t, as solver/sensors/instrument.py has it; what
-a fault changes is known exactly, so that no simulation is needed.
+reading(t) = gain lowpass[signal](t - time_offset) + drift t, as solver/sensors/instrument.py has it; what a fault
+changes is known exactly, so that no simulation is needed. A fault stands beside what the case declares of the
+instrument: gains multiply, offsets, time constants and drifts add.
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ from birdstrike.inversion.diagnosis.plan import INSTRUMENT
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.effects.effect import Effect
-from birdstrike.solver.effects.instrument import fault, transducers
+from birdstrike.solver.effects.instrument import fault, time_constant, transducers
 from birdstrike.solver.effects.registry import effects
-from birdstrike.solver.sensors.instrument import delayed, low_pass
+from birdstrike.solver.sensors.instrument import Instrument, delayed, low_pass
 
 WIDEST = 10.0  # plausible sizes that are looked for: these signatures are exact
+AS_IT_IS = Instrument()  # reads the signal itself
 
 
 @dataclass(frozen=True)
@@ -74,37 +76,55 @@ def able_sensors(name: str, case: Case, channels: Iterable[str]) -> tuple[str, .
     return tuple(c for c in channels if name != "sensor_bandwidth" or kinds[c] != "contact_force")
 
 
-def change(name: str, magnitude: float, time: Array, curve: Array) -> Array:
+def change(name: str, magnitude: float, time: Array, curve: Array, own: Instrument = AS_IT_IS) -> Array:
     """(m,) what a fault of a magnitude [SI] adds to a channel's curve (m,) on the clock `time` [s], exactly.
 
-    Where a record that is early needs what comes after the curve's end, the curve goes on straight.
+    own: the instrument through which the case reads the curve already. Where a record that is early needs what comes
+    after the curve's end, the curve goes on straight.
     """
-    if name == "sensor_gain":
-        return magnitude * curve
     if name == "sensor_drift":
         return magnitude * time
+    signal = curve - own.drift * time
+    if name == "sensor_gain":
+        return magnitude * signal
     if name == "time_offset":
         beyond = np.maximum(time - magnitude - time[-1], 0.0)
-        return delayed(time, curve, magnitude) + beyond * np.gradient(curve, time)[-1] - curve
-    return low_pass(time, curve, 1.0 / (2.0 * np.pi * magnitude)) - curve if magnitude > 0.0 else np.zeros_like(curve)
+        return delayed(time, signal, magnitude) + beyond * np.gradient(signal, time)[-1] - signal
+    return _slower(magnitude, time, signal, own)
+
+
+def _slower(magnitude: float, time: Array, signal: Array, own: Instrument) -> Array:
+    """(m,) what a time constant [s] beside the instrument's own adds to a signal that has passed the latter.
+
+    1/(1 + (a + b) s) = 1/(1 + a s) [a + b/(1 + (a + b) s)] / (a + b), so that no low-pass has to be undone.
+    """
+    if magnitude <= 0.0:
+        return np.zeros_like(signal)
+    whole = magnitude + time_constant(own)
+    return magnitude / whole * (low_pass(time, signal, 1.0 / (2.0 * np.pi * whole)) - signal)
 
 
 def with_faults(case: Case, faults: Iterable[tuple[str, str, float]]) -> Case:
-    """The case with faults of single sensors beside what it declares: sensor, name of the effect, magnitude [SI]."""
+    """The case with faults of single sensors beside what it declares: sensor, name of the effect, magnitude [SI].
+
+    They are written beside the instruments without the case's effects, which act on top of them.
+    """
     table: dict[str, Raw] = {}
+    declared = case.with_effects({})
     for sensor, name, x in faults:
-        table.setdefault(sensor, {}).update(fault(case, name, x, sensor))
+        table.setdefault(sensor, {}).update(fault(declared, name, x, sensor))
     return case.overlaid({"instrument": table}) if table else case
 
 
-def signature(name: str, size: float, time: Array, curve: Array, h: float = 0.0) -> Array:
+def signature(name: str, size: float, time: Array, curve: Array, h: float = 0.0, own: Instrument = AS_IT_IS) -> Array:
     """(m,) derivative of `change` with respect to the magnitude in plausible sizes [SI], where it is h of them.
 
     That of a low-pass by a central difference over one size, of which none is below 0.
     """
     if name == "time_offset":
-        return -size * np.gradient(curve + change(name, h * size, time, curve), time)
+        late = curve + change(name, h * size, time, curve, own)
+        return -size * np.gradient(late - own.drift * time, time)
     if name == "sensor_bandwidth":
         low = max(h - 0.5, 0.0) * size
-        return change(name, low + size, time, curve) - change(name, low, time, curve)
-    return change(name, size, time, curve)
+        return change(name, low + size, time, curve, own) - change(name, low, time, curve, own)
+    return change(name, size, time, curve, own)

@@ -18,12 +18,19 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Shape, process_modes, shape_of
-from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, change, instrument_effects, signature
+from birdstrike.inversion.diagnosis.instrument import (
+    AS_IT_IS,
+    InstrumentEffect,
+    change,
+    instrument_effects,
+    signature,
+)
 from birdstrike.inversion.diagnosis.plan import COARSE_PARTICLES
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.observations import reader as observed
 from birdstrike.inversion.observations.noise import Noise
 from birdstrike.inversion.observations.reader import ChannelRecord, Expected
+from birdstrike.solver.sensors.instrument import Instrument
 
 MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
 FEWEST_POINTS = 3
@@ -192,19 +199,21 @@ class Shot:
 
     def instrument_signature(self, fault: InstrumentEffect, grid: Array, h: float = 0.0) -> Array:
         """(n,) derivative of the record, by plausible sizes of a fault, where it has h of them; curves (grid,)."""
-        return self._of_sensors(
-            fault, grid, lambda part: signature(fault.effect.name, fault.size, self.setup.time, part, h)
-        )
+        name, time = fault.effect.name, self.setup.time
+        return self._of_sensors(fault, grid, lambda part, own: signature(name, fault.size, time, part, h, own))
 
     def instrument_change(self, fault: InstrumentEffect, grid: Array, h: float) -> Array:
         """(n,) change of the record by a fault of h plausible sizes, on the curves (grid,)."""
-        return self._of_sensors(
-            fault, grid, lambda part: change(fault.effect.name, h * fault.size, self.setup.time, part)
-        )
+        name, time = fault.effect.name, self.setup.time
+        return self._of_sensors(fault, grid, lambda part, own: change(name, h * fault.size, time, part, own))
 
-    def _of_sensors(self, fault: InstrumentEffect, grid: Array, of: Callable[[Array], Array]) -> Array:
+    def _of_sensors(self, fault: InstrumentEffect, grid: Array, of: Callable[[Array, Instrument], Array]) -> Array:
         """(n,) at the record's points: of a fault's sensors what `of` makes of their curves, 0 of the others."""
-        parts = [of(part) if c in fault.sensors else 0.0 * part for c, part in self.setup.split(grid).items()]
+        instruments = self.setup.plan.case.instrument
+        parts = [
+            of(part, instruments.get(c, AS_IT_IS)) if c in fault.sensors else 0.0 * part
+            for c, part in self.setup.split(grid).items()
+        ]
         return self.sample(np.concatenate(parts)[None])[0]
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array, side_of
-from birdstrike.inversion.diagnosis.instrument import change
+from birdstrike.inversion.diagnosis.instrument import AS_IT_IS, change
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.campaign import Campaign
 from birdstrike.inversion.prediction.carry_over import ANEW, Carried, same_sensor
@@ -191,13 +191,13 @@ def _regressed(sample: Sample, tops: Array, held: list[str]) -> tuple[Array, Arr
 
 def _faulty(setting: Setting, sample: Sample, name: str, curves: Array) -> Array:
     """The curves as the sensor reads them, with the errors of its instrument."""
-    found = curves.copy()
+    found, instrument = curves.copy(), setting.campaign.case.instrument.get(name, AS_IT_IS)
     for label, sizes in sample.faults.items():
-        own = setting.carried[label]
-        if name not in own.sensors:
+        one = setting.carried[label]
+        if name not in one.sensors:
             continue
         for i in np.flatnonzero(sizes):
-            found[i] += change(own.name, float(sizes[i]), setting.campaign.time, curves[i])
+            found[i] += change(one.name, float(sizes[i]), setting.campaign.time, curves[i], instrument)
     return found
 
 

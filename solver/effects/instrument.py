@@ -28,6 +28,16 @@ def fault(case: Declared, name: str, x: float, sensor: str) -> dict[str, Any]:
     return _FAULTS[name](case.instrument.get(sensor, Instrument()), x)
 
 
+def time_constant(own: Instrument) -> float:
+    """Of the instrument's low-pass [s], 0 without one."""
+    return 0.0 if own.bandwidth is None else 1.0 / (2.0 * math.pi * own.bandwidth)
+
+
+def combined(name: str, declared: float, found: float) -> float:
+    """Magnitude of one fault that does what two of its kind do: gains multiply, the others add."""
+    return (1.0 + declared) * (1.0 + found) - 1.0 if name == "sensor_gain" else declared + found
+
+
 def _faulty(case: Declared, name: str, x: float, sensors: Iterable[str]) -> Table:
     found = {sensor: settings for sensor in sensors if (settings := fault(case, name, x, sensor))}
     return {"instrument": found} if found else {}
@@ -45,8 +55,7 @@ def _slow(own: Instrument, x: float) -> dict[str, Any]:
     """Time constants add: a first-order low-pass of 1/(2 pi tau)."""
     if x <= 0.0:
         return {}
-    tau = x + (0.0 if own.bandwidth is None else 1.0 / (2.0 * math.pi * own.bandwidth))
-    return {"bandwidth": quantity_text(1.0 / (2.0 * math.pi * tau), "1/s")}
+    return {"bandwidth": quantity_text(1.0 / (2.0 * math.pi * (x + time_constant(own))), "1/s")}
 
 
 def _drifting(own: Instrument, x: float) -> dict[str, Any]:
