@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from birdstrike.data.errors import CaseError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.evidence import ModelTester
@@ -26,6 +27,7 @@ from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.instrument import combined
+from birdstrike.solver.effects.registry import effect_named
 
 BLOCK = (0.45, 0.75)  # of the record: a stretch behind the peak, long beside the discrepancy's correlation time
 FEWEST = 5  # points left in a channel
@@ -238,7 +240,10 @@ def case_at(shot: Shot, fit: Fit, hypothesis: Hypothesis) -> Case:
 
 
 def case_with(case: Case, acting: Sequence[tuple[Suspect, float]]) -> Case:
-    """The case with effects of magnitudes [SI] beside those that it declares; what is not finite is left out."""
+    """The case with effects of magnitudes [SI] beside those that it declares; what is not finite is left out.
+
+    None is smaller than the least that means anything, which a fit at that limit may miss by rounding.
+    """
     faults, common = list[tuple[str, str, float]](), dict[str, float]()
     for one, value in acting:
         if one.fault is not None and one.label.split("@")[0] != one.name:
@@ -250,17 +255,23 @@ def case_with(case: Case, acting: Sequence[tuple[Suspect, float]]) -> Case:
 
 def _beside_declared(case: Case, name: str, value: float) -> float:
     """Magnitude of an effect together with what the case declares of it, as only an instrument's can be there twice."""
-    return combined(name, case.effects.get(name, 0.0), value) if name in INSTRUMENT else value
+    whole = combined(name, case.effects.get(name, 0.0), value) if name in INSTRUMENT else value
+    return max(whole, effect_named(name).least(case))
 
 
 def run_at(
     wanted: Mapping[str, tuple[Shot, Fit, Hypothesis]], simulations: Simulations
 ) -> tuple[dict[str, SolverRun], dict[str, str]]:
-    """Runs by label, and why the others failed."""
-    cases = {label: case_at(*one) for label, one in wanted.items()}
+    """Runs by label, and why the others failed: their simulation, or a fit that no case can state."""
+    cases, failed = dict[str, Case](), dict[str, str]()
+    for label, one in wanted.items():
+        try:
+            cases[label] = case_at(*one)
+        except CaseError as error:
+            failed[label] = "; ".join(error.errors)
     runs = simulations.run(cases)
     found = {label: SolverRun(cases[label], carried(wanted[label][0], histories)) for label, histories in runs.items()}
-    return found, {label: simulations.failures[label] for label in cases if label not in runs}
+    return found, failed | {label: simulations.failures[label] for label in cases if label not in runs}
 
 
 def carried(shot: Shot, histories: Histories) -> Array:

@@ -13,6 +13,8 @@ from birdstrike.solver.effects.effect import Declared, Effect, Table
 GROUP = "plate and support"
 RATE = 100.0  # 1/s, at which plate_rate_hardening states its gain
 ALUMINIUM_P = 4.0  # Cowper-Symonds exponent where the case declares no rate hardening
+STIFFEST = {"rotational": 1e9, "in_plane": 1e13}
+"""Freedom of a support -> largest stiffness that a case may state, SI; what is stiffer is rigid."""
 
 
 def bending_stiffness(case: Declared) -> float:
@@ -56,17 +58,20 @@ def _stiffest(case: Declared, key: str, alone: str | None = None) -> float:
     return min((_compliance(one, key) for one in held.values()), default=math.inf)
 
 
-def _springs(held: Any, key: str, unit: str, compliance: float) -> dict[str, str]:
-    """A support with springs in series with what it declares."""
-    springs: dict[str, str] = {}
+def _springs(held: Any, key: str, unit: str, compliance: float) -> dict[str, str | None] | str:
+    """A support with springs in series with what it declares.
+
+    Where a compliance below 0 takes the whole declared one away, it holds rigidly.
+    """
+    springs: dict[str, str | None] = {}
     if not isinstance(held, str):
-        springs = held.texts()
+        springs |= held.texts()
     elif held == "pinned":
         springs = {"rotational": quantity_text(0.0, "N m/rad/m")}
     total = _compliance(held, key) + compliance
-    if total > 0.0:
-        springs[key] = quantity_text(1.0 / total, unit)
-    return springs
+    rigid = total <= (1.0 / STIFFEST[key] if compliance < 0.0 else 0.0)
+    springs[key] = None if rigid else quantity_text(1.0 / total, unit)
+    return springs if any(springs.values()) else "clamped"
 
 
 def _edges(case: Declared, key: str, unit: str, compliance: float, alone: str | None = None) -> Table:

@@ -1,16 +1,19 @@
-"""A fault of the instrument beside what the case declares of it: on curves, in the case, and by the solver."""
+"""Effects beside what the case declares: an instrument's fault on curves and in the case, magnitudes at their least."""
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from birdstrike.inversion.diagnosis import before_and_after
 from birdstrike.inversion.diagnosis.before_and_after import case_with
 from birdstrike.inversion.diagnosis.hypotheses import Suspect
 from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature, with_faults
-from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.case import Case, case_from_table, load_case
+from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, recorded
 
 TIME = np.linspace(0.0, 3e-3, 601)
@@ -84,3 +87,33 @@ def test_a_fault_of_one_sensor_leaves_the_declared_effect_of_the_others() -> Non
     found = case_with(case, [(suspect(case, f"sensor_gain.{SENSOR}"), 0.2)]).instrument
     assert found[SENSOR].gain == pytest.approx(1.32)
     assert found["displacement_quarter"].gain == pytest.approx(1.1)
+
+
+@pytest.mark.parametrize(
+    ("name", "declared"),
+    [
+        ("plate_damping", {"plate.damping": "400 1/s"}),
+        ("bird_friction", {"impact.friction": 0.07}),
+        ("edge_slip", {"plate.edges": '{ in_plane = "3e9 Pa" }'}),
+    ],
+)
+def test_a_fit_at_the_least_magnitude_is_a_case_whatever_the_rounding(name: str, declared: dict[str, Any]) -> None:
+    case = load_case("virtual_strike", declared)
+    least = effects()[name].least(case)
+    for value in (least, np.nextafter(least, -np.inf), np.nextafter(least, 0.0)):
+        found = case_with(case, [(Suspect(name, name, "plate", ("shot",)), float(value))])
+        assert found.effects[name] == pytest.approx(least)
+
+
+def test_a_fit_that_no_case_can_state_loses_its_own_run_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fits(case: Case, *_: object) -> Case:
+        return case.with_effects({"plate_thickness": -1.0}) if case.name == "impossible" else case
+
+    monkeypatch.setattr(before_and_after, "case_at", fits)
+    monkeypatch.setattr(before_and_after, "carried", lambda *_: SIGNAL)
+    cases = {name: case_from_table(load_case("virtual_strike").table, name) for name in ("possible", "impossible")}
+    simulations = SimpleNamespace(run=lambda wanted: dict.fromkeys(wanted), failures={})
+    wanted: Any = {name: (case, None, None) for name, case in cases.items()}
+    runs, failed = before_and_after.run_at(wanted, simulations)  # type: ignore[arg-type]
+    assert set(runs) == {"possible"}
+    assert "plate_thickness" in failed["impossible"]

@@ -14,6 +14,7 @@ import pytest
 
 from birdstrike.data.errors import CaseError
 from birdstrike.data.units import to_si
+from birdstrike.solver.build import stiffness_of
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.effects import shown, stated
 from birdstrike.solver.case.write import case_toml
@@ -352,3 +353,34 @@ def test_what_a_target_has_no_place_for_is_refused(change: dict[str, Any], said:
             load_case("openradioss_panel").with_effects({"own_change": 1.0}).resolved()
     finally:
         unregister("own_change")
+
+
+@pytest.mark.parametrize("beyond", [0.0, 2e-16])
+@pytest.mark.parametrize(
+    ("springs", "effect", "key"),
+    [
+        ({"rotational": "75e3 N m/rad/m"}, "clamp_rotation", "rotational"),
+        ({"rotational": "60e3 N m/rad/m", "in_plane": "3e9 Pa"}, "clamp_rotation", "rotational"),
+        ({"in_plane": "3e9 Pa"}, "edge_slip", "in_plane"),
+    ],
+)
+def test_springs_whose_whole_compliance_an_effect_takes_away_are_rigid(
+    springs: dict[str, str], effect: str, key: str, beyond: float
+) -> None:
+    """At exactly the declared compliance the springs had stayed, next to it they were stiffer than a case may state."""
+    case = load_case({**CASE.table, "plate": {**CASE.table["plate"], "edges": springs}})
+    compliance = -effects()[effect].least(case)
+    rigid = case.with_effects({effect: -compliance * (1.0 - beyond)})
+    assert getattr(stiffness_of(rigid.plate.edges), key) == np.inf
+    other = {name: value for name, value in springs.items() if name != key}
+    kept = load_case({**CASE.table, "plate": {**CASE.table["plate"], "edges": other or "clamped"}})
+    assert stiffness_of(rigid.plate.edges) == stiffness_of(kept.plate.edges)
+
+
+def test_a_set_of_nodes_whose_springs_are_taken_away_is_clamped() -> None:
+    case = load_case("flat_plate_002")
+    least = effects_of(case)["clamp_rotation.cell_3"].least(case)
+    rigid = case.with_effects({"clamp_rotation.cell_3": least}).target
+    assert rigid is not None
+    assert stiffness_of(rigid.supports["cell_3"]).rotational == np.inf
+    assert stiffness_of(rigid.supports["cell_2"]).rotational == pytest.approx(2e5)
