@@ -3,7 +3,8 @@
 The campaign may be coarser than the case, because a mesh correction carries its curves to a fine mesh (co-kriging:
 Kennedy & O'Hagan, Biometrika 87 (2000) 1). Effects are varied together by a folded-over two-level design (Box, Hunter &
 Hunter, Statistics for Experimenters, 2nd ed. 2005, ch. 6): half the difference of a pair at one point of the campaign
-holds no even term and no error of the emulator. A one-sided effect is absent in one half and present in the other.
+holds no even term and no error of the emulator. A one-sided effect is absent in one half and present in the other, and
+one of which little can be taken away is nearly so.
 """
 
 from __future__ import annotations
@@ -182,19 +183,28 @@ class Plan:
 
 
 def magnitude(known: Known, code: float) -> float:
-    """Plausible sizes of a code of the two-level design: -L, L; 0 and L of a one-sided effect."""
-    return (0.5 * (1.0 + code) if known.one_sided else code) * level(known)
+    """Plausible sizes of a code of the two-level design, -1 or 1."""
+    low, high = levels(known)
+    return 0.5 * (low + high) + code * slope(known)
 
 
 def slope(known: Known) -> float:
     """Plausible sizes by which half the difference of a pair moves an effect."""
-    return (0.5 if known.one_sided else 1.0) * level(known)
+    low, high = levels(known)
+    return 0.5 * (high - low)
 
 
-def level(known: Known) -> float:
-    """Plausible sizes of an effect in the design."""
+def levels(known: Known) -> tuple[float, float]:
+    """Plausible sizes of an effect in the design: -L and L, 0 and L of a one-sided effect.
+
+    The lower level is at most half of the least magnitude that means anything. Of an effect of which the case declares
+    so little that L cannot be taken away, the upper one stays at L: else its response would drown in the scatter.
+    """
     top = GENTLER.get(known.name, LEVEL)
-    return top if known.one_sided else min(top, 0.5 * abs(known.least))
+    if known.one_sided:
+        return 0.0, top
+    low = min(top, 0.5 * abs(known.least))
+    return -low, top if abs(known.least) < top else low
 
 
 def make_plan(case: Case, runs: int = RUNS, seed: int = 0, first: Case | None = None) -> Plan:

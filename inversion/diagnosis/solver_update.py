@@ -19,7 +19,7 @@ from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.before_and_after import expected_residual, predicted
 from birdstrike.inversion.diagnosis.hypotheses import NOTHING, Suspect, suspects
-from birdstrike.inversion.diagnosis.plan import level
+from birdstrike.inversion.diagnosis.plan import levels
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Change, Response
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, stack
@@ -241,7 +241,8 @@ def _wanted(ranking: Ranking, label: str, shot: Shot) -> Wanted:
     h = float(np.clip(evidence.h[0], *one.limits))
     h *= one.response_in(shot, h)[1]
     b = _farther(response, h) or response.b(h)
-    b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(response.known))))
+    low, high = levels(response.known)
+    b = min(b, -min(LEAST_SIZE, -low)) if b < 0.0 else max(b, min(LEAST_SIZE, high))
     if not one.one_sided:
         b = max(b, 0.5 * response.known.least)
     return Wanted(label, shot, response, float(f"{b:.{DIGITS}g}"), _near(fit.places.z[shot.name], shot.setup))

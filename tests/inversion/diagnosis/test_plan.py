@@ -15,7 +15,17 @@ from birdstrike.effects import Effect, register, unregister
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
 from birdstrike.inversion.diagnosis.hypotheses import Suspect, family_of, hypotheses
 from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature, with_faults
-from birdstrike.inversion.diagnosis.plan import Block, Known, candidates, library, make_plan, two_level, with_probes
+from birdstrike.inversion.diagnosis.plan import (
+    Block,
+    Known,
+    candidates,
+    levels,
+    library,
+    magnitude,
+    make_plan,
+    two_level,
+    with_probes,
+)
 from birdstrike.inversion.diagnosis.responses import learn_responses
 from birdstrike.inversion.diagnosis.setup import unpredictable
 from birdstrike.inversion.estimation.mesh_correction import spread
@@ -151,6 +161,34 @@ def test_the_scatter_of_runs_does_not_pass_for_a_signature() -> None:
     assert np.linalg.norm(none.at(middle)) < np.linalg.norm(none.error_at(middle))
     chance = 0.2 * np.sqrt(waves.shape[0] / 2.0) / np.sqrt(2.0 * len(signs)) / 2.0  # of half differences at two sizes
     assert np.sqrt((none.signature**2).mean()) < chance
+
+
+@pytest.mark.parametrize("declared", [0.01, 0.15, 0.25, 1.0])
+def test_an_effect_of_which_a_case_declares_little_is_learnt_from_what_adds_to_it(declared: float) -> None:
+    """Friction of 0.01 was varied by half of that to both sides: its response drowned in the scatter."""
+    case, rng = load_case("audit_strike", {"impact.friction": declared}), np.random.default_rng(3)
+    friction = next(one for one in library(case, case)[0] if one.name == "bird_friction")
+    block, m = Block(case, (friction,), two_level(1)), 200
+    plan: Any = SimpleNamespace(blocks=(block,), unit=rng.random((len(block.signs), 2)), pair_point=lambda i: i)
+    curve = np.sin(np.linspace(0.0, 3.0, m))
+    waves = np.array([np.sin(f * np.linspace(0.0, 3.0, m) + f) for f in range(1, 7)])
+    stacks = {
+        block.label(i, sign): magnitude(friction, sign * signs[0]) * curve + 0.1 * rng.standard_normal(6) @ waves
+        for i, signs in enumerate(block.signs)
+        for sign in (1, -1)
+    }
+    assert learn_responses(plan, stacks, 1)[0]["bird_friction"].at(np.full(2, 0.5)) == pytest.approx(curve, abs=0.3)
+    for code in (-1.0, 1.0):
+        friction_there = case.with_effects({"bird_friction": friction.size * magnitude(friction, code)}).impact.friction
+        assert friction_there >= 0.499 * declared
+
+
+def test_an_effect_is_varied_alike_to_both_sides_where_the_case_declares_enough_of_it() -> None:
+    assert levels(Known(effects()["bird_friction"], 0.1, -5.0)) == (-2.0, 2.0)
+    assert levels(Known(effects()["bird_friction"], 0.1, -3.0)) == (-1.5, 1.5)
+    assert levels(Known(effects()["bird_friction"], 0.1, -0.1)) == (-0.05, 2.0)
+    assert levels(Known(effects()["bird_friction"], 0.1, 0.0)) == (0.0, 2.0)
+    assert levels(Known(effects()["plate_preload"], 1.0, -5.0)) == (-0.5, 0.5)
 
 
 def test_air_in_a_coarse_bird_is_simulated_on_a_finer_one_and_all_effects_once() -> None:
