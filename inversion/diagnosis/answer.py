@@ -160,23 +160,30 @@ def magnitude_of(ranking: Ranking, label: str) -> tuple[float, tuple[float, floa
     begin, middle, end = standing.fit.tester.quantiles(evidence)
     h = mean if standing.own or begin < mean < end else middle
     ends = [one.magnitude(x) for x in (min(begin, mean), max(end, mean))]
-    return one.magnitude(h), (min(ends), max(ends)), reaches_limit(h, (begin, end), one.limits)
+    return one.magnitude(h), (min(ends), max(ends)), reaches_limit(h, (begin, end), one.search_limits)
 
 
 def reaches_limit(h: float, interval: tuple[float, float], limits: tuple[float, float]) -> bool:
     """Whether a size of response, and the end of its interval on that side, are those of the largest looked at.
 
-    limits: of a response that bends not alike on both sides; the lower is 0 of an effect that cannot be negative.
+    limits: of a response that bends not alike on both sides; the lower is infinite where nothing lies beyond it, such
+    as springs that are rigid, or 0 of an effect that cannot be negative.
     """
     (begin, end), (low, high) = interval, limits
     return (h > 0.9 * high and end > 0.95 * high) or (h < 0.9 * low < 0.0 and begin < 0.95 * low)
 
 
-def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: SolverRun | None) -> State:
-    """The model in one shot at its fit."""
+def state(
+    ranking: Ranking, label: str, shot: Shot, held: list[Held], run: SolverRun | None, errors_of: str | None = None
+) -> State:
+    """The model in one shot at its fit.
+
+    errors_of: the model whose errors are the unit of the misfits, by default its own; of two states that are compared
+    it is one, since a model that explains less takes its errors to be larger.
+    """
     fit, curve = ranking.fits[label], curve_at(ranking, label, shot)
-    residual = shot.record.values - curve
-    mean, sd = expected_residual(shot, ranking.problem, ranking.models[label], fit)
+    residual, unit = shot.record.values - curve, errors_of or label
+    mean, sd = expected_residual(shot, ranking.problem, ranking.models[unit], ranking.fits[unit])
     noise = np.sqrt(np.diag(shot.record.covariance()))
     beside = any(one.baseline for one in ranking.problem.shots)
     solver = None
@@ -199,6 +206,17 @@ def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: Solve
         solver=solver,
         rmse_less_baseline=rms_by_channel(shot, residual - mean) if beside else None,
     )
+
+
+EXPLAINED = 3.0
+"""Times all errors: a fit that leaves more in a shot has not explained its record. Edges that were free to turn,
+beyond the linear range of the response, left 2.2."""
+
+
+def unexplained(ranking: Ranking, label: str, shots: Sequence[Shot]) -> float | None:
+    """The largest misfit that an effect leaves in a shot, over all errors; None where it explains them all."""
+    worst = max(state(ranking, label, shot, [], None).weighted for shot in shots)
+    return worst if worst > EXPLAINED else None
 
 
 def in_short(held: list[Held]) -> dict[str, float | None]:

@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from types import MappingProxyType
 
+import numpy as np
+
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.instrument import WIDEST, InstrumentEffect, instrument_effects
+from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, instrument_effects
 from birdstrike.inversion.diagnosis.responses import Response
 from birdstrike.inversion.diagnosis.shots import Shot, responses_of
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
@@ -87,7 +89,19 @@ class Suspect:
     @property
     def limits(self) -> tuple[float, float]:
         """Of h, the size of its response."""
-        return self.response.limits if self.response else (0.0 if self.one_sided else -WIDEST, WIDEST)
+        if self.response:
+            return self.response.limits
+        assert self.fault is not None, "a suspect has a response or a fault"
+        return self.fault.limits
+
+    @property
+    def search_limits(self) -> tuple[float, float]:
+        """The same, infinite where nothing lies beyond: springs cannot be stiffer than rigid, nor a reading less than
+        none.
+        """
+        kind = self.response.known if self.response else self.fault
+        low, high = self.limits
+        return (-np.inf if kind is not None and kind.ends else low), high
 
     def magnitude(self, h: float) -> float:
         """SI magnitude of a response of size h."""

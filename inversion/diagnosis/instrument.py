@@ -22,22 +22,39 @@ from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, delayed, low_pass
 
 WIDEST = 10.0  # plausible sizes that are looked for: these signatures are exact
+LARGEST_GAIN = 1.0  # that is looked for: twice the reading, as of a range set wrong; the least is a dead sensor's
 AS_IT_IS = Instrument()  # reads the signal itself
 
 
 @dataclass(frozen=True)
 class InstrumentEffect:
-    """One fault. sensors: those that it acts on; label: `sensor_gain` or `sensor_gain.displacement_centre`."""
+    """One fault. sensors: those that it acts on; label: `sensor_gain` or `sensor_gain.displacement_centre`.
+
+    least: smallest magnitude that means anything, in plausible sizes; -inf: none.
+    """
 
     effect: Effect
     size: float
     sensors: tuple[str, ...]
     label: str
+    least: float = -np.inf
 
     @property
     def one_sided(self) -> bool:
         """Whether 0 is the smallest magnitude."""
         return self.effect.name == "sensor_bandwidth"
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Plausible sizes between which it is looked for; a gain anywhere between a dead sensor's and twice its own."""
+        if self.effect.name == "sensor_gain":
+            return max(self.least, -LARGEST_GAIN / self.size), LARGEST_GAIN / self.size
+        return max(self.least, -WIDEST), WIDEST
+
+    @property
+    def ends(self) -> bool:
+        """Whether nothing can lie below the lower limit."""
+        return self.limits[0] == self.least
 
     @property
     def bends(self) -> bool:
@@ -54,9 +71,10 @@ def instrument_effects(case: Case, channels: Sequence[str]) -> tuple[InstrumentE
         able = able_sensors(name, case, channels)
         common = tuple(c for c in common if c in able)
         size = effect.size(case)
+        least = effect.least(case) / size
         if common:
-            found.append(InstrumentEffect(effect, size, common, name))
-        found += [InstrumentEffect(effect, size, (c,), f"{name}.{c}") for c in able if common != (c,)]
+            found.append(InstrumentEffect(effect, size, common, name, least))
+        found += [InstrumentEffect(effect, size, (c,), f"{name}.{c}", least) for c in able if common != (c,)]
     return tuple(found)
 
 

@@ -21,12 +21,14 @@ from birdstrike.inversion.diagnosis.answer import (
     curves,
     discrepancy_figures,
     effect_figures,
+    magnitude_of,
     noise_figures,
     outside_range,
     pair_figures,
     remainder_figures,
     simulation_counts,
     state,
+    unexplained,
     verdict_of,
 )
 from birdstrike.inversion.diagnosis.baseline import (
@@ -69,7 +71,6 @@ from birdstrike.inversion.results.diagnosis import (
     NONE,
     SOMETHING_ELSE,
     Diagnosis,
-    EffectFigures,
     ShotStates,
     State,
     of_another_bird,
@@ -140,7 +141,7 @@ class _Decision:
     def states(self, shot: Shot, held: Mapping[str, list[Held]]) -> tuple[State, State | None]:
         """Before and after in one shot, by the given parts that were held out of each model."""
         runs = _of_shot(self.runs, shot.name)
-        before = state(self.ranking, NONE, shot, held[NONE], runs.get("before"))
+        before = state(self.ranking, NONE, shot, held[NONE], runs.get("before"), self.chosen)
         if not self.chosen:
             return before, None
         return before, state(self.ranking, self.chosen, shot, held[self.chosen], runs.get("after"))
@@ -249,7 +250,7 @@ class Pipeline:
         ranking = ranking.refitted(chosen) if chosen else ranking
         runs, failed = self._checked(ranking, chosen)
         held = self._held_out(ranking, chosen, heldout, not of_another_bird(same_bird))
-        if verdict == ATTRIBUTED and chosen and (against := _unpredicted(ranking, chosen, held)):
+        if verdict == ATTRIBUTED and chosen and (against := self._against(ranking, chosen, held)):
             verdict, fit_warnings = AMBIGUOUS, [*fit_warnings, *against]
         if chosen and heldout is not None:
             fit_warnings = [*fit_warnings, *_worse_held_out(chosen, held)]
@@ -267,6 +268,14 @@ class Pipeline:
             held=held,
             fit_warnings=tuple(fit_warnings),
         )
+
+    def _against(self, ranking: Ranking, effect: str, held: Mapping[str, Sequence[Held]]) -> list[str]:
+        """Warnings for all that keeps an effect, although it is by far the likeliest, from being attributed."""
+        return [
+            *_at_limit(ranking, effect),
+            *_not_explained(ranking, effect, self.shots),
+            *_unpredicted(ranking, effect, held),
+        ]
 
     def _assembled(self, decision: _Decision, refinement: Mapping[str, Any]) -> Diagnosis:
         """The answer's figures."""
@@ -302,7 +311,7 @@ class Pipeline:
                 **simulation_counts(ranking, self.simulations, shot, runs, chosen),
                 "refinement": dict(refinement),
             },
-            warnings=self._warnings(decision, effects),
+            warnings=self._warnings(decision),
             refused=shot.setup.refused,
             left_out={name: share for one in self.shots for name, share in one.setup.left_out.items()},
             record={"path": shot.name, "simulated": False},
@@ -396,7 +405,7 @@ class Pipeline:
             "with a bird of the shot's own recipe"
         ]
 
-    def _warnings(self, decision: _Decision, effects: Sequence[EffectFigures]) -> tuple[str, ...]:
+    def _warnings(self, decision: _Decision) -> tuple[str, ...]:
         """The gravest first."""
         ranking, chosen = decision.ranking, decision.chosen
         sentences = [
@@ -407,13 +416,8 @@ class Pipeline:
             *self.warnings,
             *_left_out(setups_of(self.shots)),
             *self._baseline_warnings(ranking),
-            *decision.fit_warnings,
+            *dict.fromkeys([*decision.fit_warnings, *(_at_limit(ranking, chosen) if chosen else ())]),
         ]
-        if chosen and next(effect for effect in effects if effect.name == chosen).at_bound:
-            sentences.append(
-                f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
-                "or something that is not in the library looks like it"
-            )
         lacking = dict.fromkeys(name for shot in self.shots for name in _not_carried(shot))
         if lacking:
             sentences.append(
@@ -514,6 +518,27 @@ def _close(ranking: Ranking, chosen: str | None, ahead: float) -> list[str]:
         f"{chosen} is likeliest, but only by {ahead:.1f} in log evidence, which other simulations of the same "
         f"effects could move by {SIMULATION_SCATTER:g}: nothing is attributed; diagnose again with another "
         "--seed, add a shot or a sensor, and trust the name that stays"
+    ]
+
+
+def _at_limit(ranking: Ranking, effect: str) -> list[str]:
+    """A warning where the search for an effect's magnitude ends at its limit."""
+    if not magnitude_of(ranking, effect)[2]:
+        return []
+    return [
+        f"{effect}: the magnitude reaches the largest that was looked at; the effect is at least that large, or "
+        "something that is not in the library looks like it, so that it is not attributed; look at the rig for either"
+    ]
+
+
+def _not_explained(ranking: Ranking, effect: str, shots: Sequence[Shot]) -> list[str]:
+    """A warning where the likeliest effect leaves much more of a record than all errors together."""
+    left = unexplained(ranking, effect, shots)
+    if left is None:
+        return []
+    return [
+        f"{effect} is likeliest, but with it the residual is still {left:.2g} times all errors together: nothing is "
+        "attributed; look at the curves for what it leaves"
     ]
 
 

@@ -67,6 +67,11 @@ class Known:
         """Whether 0 is the smallest magnitude."""
         return self.least >= 0.0
 
+    @property
+    def ends(self) -> bool:
+        """Whether nothing can lie below the smallest magnitude, which is else only the smallest that is looked for."""
+        return self.least > -WIDEST
+
 
 @dataclass(frozen=True)
 class Block:

@@ -15,7 +15,11 @@ from scipy.stats import norm
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.diagnosis import answer
 from birdstrike.inversion.diagnosis.answer import _meaning, consistency, parameters, reaches_limit
+from birdstrike.inversion.diagnosis.hypotheses import Suspect
+from birdstrike.inversion.diagnosis.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.pipeline import _outside_ranges
+from birdstrike.inversion.diagnosis.plan import library
+from birdstrike.inversion.diagnosis.responses import Response
 from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.results.diagnosis import AMBIGUOUS, ATTRIBUTED, NO_RESIDUAL, UNEXPLAINED, EffectFigures
 from birdstrike.inversion.results.diagnosis_text import OPPOSITES, in_its_sense, magnitude_words, next_step, sentence_of
@@ -96,6 +100,8 @@ def test_at_the_largest_looked_at_the_end_nearest_to_0_is_told_or_that_0_is_with
         (-4.9, (-5.0, -4.0), (-5.0, 5.0), True),
         (-2.0, (-5.0, -1.0), (-5.0, 5.0), False),
         (0.0, (0.0, 1.0), (0.0, 5.0), False),
+        (-1.0, (-1.0, -0.7), (-np.inf, 5.0), False),
+        (4.9, (3.1, 5.0), (-np.inf, 5.0), True),
     ],
 )
 def test_the_largest_looked_at_is_that_of_its_own_side(
@@ -104,6 +110,46 @@ def test_the_largest_looked_at_is_that_of_its_own_side(
     """A bird 8.5 m/s slower, the least looked at, was told with 95 % in -8.5 .. -6.08 m/s; it was 15 m/s slower: its
     response bends, so that -8.5 m/s is of size -4.12 and +8.5 m/s of size 5."""
     assert reaches_limit(h, interval, limits) is reached
+
+
+def suspect(label: str, case: Case) -> Suspect:
+    """An effect of the solver, or a fault of an instrument."""
+    for known in library(case, case)[0]:
+        if known.name == label:
+            none = np.zeros((1, 1))
+            response = Response(known, none[0], none, none[0], (), np.zeros((2, 2, 1)))
+            return Suspect(label, label, "plate", ("shot",), response)
+    fault = next(one for one in instrument_effects(case, tuple(case.sensors)) if one.label == label)
+    return Suspect(label, fault.effect.name, "instrument", ("shot",), fault=fault)
+
+
+@pytest.mark.parametrize(
+    ("label", "ends"),
+    [
+        ("clamp_rotation", True),
+        ("bird_friction", True),
+        ("plate_thickness", False),
+        ("impact_speed", False),
+        ("sensor_gain", True),
+        ("sensor_bandwidth", True),
+        ("time_offset", False),
+        ("sensor_drift.displacement_centre", False),
+    ],
+)
+def test_where_nothing_lies_beyond_the_search_has_not_ended_at_its_limit(label: str, ends: bool) -> None:
+    """Springs of 75 kN m/rad per m that were rigid were told to be beyond rigid, 40 % of friction as at least that."""
+    case = load_case("virtual_strike", {"plate.edges": '{ rotational = "5e5 N m/rad/m" }', "impact.friction": 0.1})
+    one = suspect(label, case)
+    (low, high), sought = one.limits, one.search_limits
+    assert sought == (-np.inf if ends else low, high)
+    reached = reaches_limit(low, (low, 0.5 * low), sought)
+    assert reached is not (ends or one.one_sided)
+
+
+def test_a_gain_is_looked_for_from_that_of_a_dead_sensor_to_twice_its_own() -> None:
+    """-30 % was the least: a dead sensor left 70 % of its curve, and was attributed all the same."""
+    one = suspect("sensor_gain.displacement_centre", load_case("virtual_strike"))
+    assert [one.magnitude(h) for h in one.limits] == pytest.approx([-0.99, 1.0])
 
 
 @pytest.mark.parametrize(("sd", "known"), [(0.10, True), (0.13, False)])

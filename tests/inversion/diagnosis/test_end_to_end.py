@@ -9,11 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.tree import load_tree
+from birdstrike.inversion.diagnosis import answer
 from birdstrike.inversion.diagnosis.before_and_after import Held
 from birdstrike.inversion.diagnosis.diagnose import (
     DiagnosisOptions,
@@ -332,6 +334,38 @@ def test_shots_of_two_rigs_clocks_or_ranges_are_refused_and_such_a_baseline_is_l
     found, warnings = clean_shots(named_records(tiny(), records[:1]), records[1:], [other])
     assert not found
     assert "is left out" in warnings[0]
+
+
+def test_misfits_before_and_after_are_over_the_same_errors(laboratory: Laboratory) -> None:
+    """Each was over its own model's errors, and what explains less takes them to be larger: 6.6 before, 29 after."""
+    found, table = laboratory.content(), pd.read_csv(laboratory.folder / "out" / "diagnosis.csv")
+    assert found["after"]
+    for name in ("before", "after"):
+        off = (table["measured"] - table[name] - table["baseline"]) / table["error"]
+        assert found[name]["weighted"] == pytest.approx(float(np.sqrt((off**2).mean())), rel=1e-4)
+        solver = (table["measured"] - table[f"{name}_solver"] - table["baseline"]) / table["error"]
+        assert found[name]["solver"]["weighted"] == pytest.approx(float(np.sqrt((solver**2).mean())), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [("EXPLAINED", 1e-3, "times all errors together"), ("reaches_limit", lambda *_: True, "not attributed; look at")],
+)
+def test_an_effect_that_leaves_the_residual_or_ends_at_a_limit_is_not_attributed(
+    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch, name: str, value: object, said: str
+) -> None:
+    """The evidence says "attributed"; a dead sensor was attributed to a gain of -30 %, of a misfit of 29."""
+    monkeypatch.setattr("birdstrike.inversion.diagnosis.pipeline.verdict_of", lambda *_: "attributed")
+    monkeypatch.setattr("birdstrike.inversion.diagnosis.pipeline._unpredicted", lambda *_: [])
+    folder = laboratory.folder
+    words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
+    assert laboratory.diagnose(f"sound_{name}", *words).exit_code == 0
+    assert laboratory.content(f"sound_{name}")["verdict"] == "attributed"
+    monkeypatch.setattr(answer, name, value)
+    assert laboratory.diagnose(f"against_{name}", *words).exit_code == 0
+    found = laboratory.content(f"against_{name}")
+    assert found["verdict"] == "ambiguous"
+    assert len([line for line in found["warnings"] if said in line]) == 1
 
 
 @pytest.mark.parametrize(("after", "verdict"), [(0.9, "attributed"), (1.1, "ambiguous")])

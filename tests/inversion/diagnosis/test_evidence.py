@@ -907,7 +907,7 @@ def test_a_diagnosis_says_that_shells_of_a_file_are_not_refined(tmp_path: Path) 
     problem = SimpleNamespace(known=SimpleNamespace(source=STATED))
     ranking: Any = SimpleNamespace(problem=problem, same_bird=None, fits={NONE: fit})
     decision: Any = SimpleNamespace(ranking=ranking, chosen=None, failed={}, fit_warnings=())
-    (line,) = pipeline._warnings(decision, ())
+    (line,) = pipeline._warnings(decision)
     assert line.startswith("target.mesh = panel.inp: shells from a file are not refined")
 
 
