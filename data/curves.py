@@ -38,13 +38,18 @@ class ReadBefore:
     """What was read of a channel before it was filtered, and cannot be read of it again.
 
     correlation_time: of the noise in its sigma column [s], 0 where white; source: where that noise comes from; known:
-    False where it is a tolerance that nobody measured; zeroed: whether the reading at rest has been looked for.
+    False where it is a tolerance that nobody measured; zeroed: whether the reading at rest has been looked for; drifts:
+    whether it has a drift, which was subtracted; early: (e,) instants [s] of sound readings before those that are left;
+    freedom: degrees of freedom behind the level of the noise.
     """
 
     correlation_time: float
     source: str
     known: bool = True
     zeroed: bool = False
+    drifts: bool = False
+    early: Array = field(default_factory=lambda: np.zeros(0))
+    freedom: float = np.inf
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 A drift as slow as the response is taken in part for the parameters, and no widening of the noise covers that. Where the
 residual of a measured record hangs together and nothing before contact rules a drift out, the fit is repeated with an
 offset and a drift of the channel as nuisances, normal about zero; it is kept where its residual no longer hangs
-together. What a drift does not explain (a missing effect, an amplifier that droops) is judged as it was without one,
-and a record whose residual is noise is not touched.
+together, or no more than noise behind a filter does. What a drift does not explain (a missing effect, an amplifier that
+droops) is judged as it was without one, and a record whose residual is noise is not touched.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.observations.autocorrelation import neighbour_correlation, uncorrelated
 from birdstrike.inversion.observations.observations import Channel
-from birdstrike.inversion.observations.reader import OUTSIDE
 from birdstrike.inversion.results.fit import ResidualCorrelation
 
 SHARE = 0.05  # of the channel's peak by which a sensor drifts over the record (1 sigma), and by which it may be off
@@ -52,7 +51,7 @@ def with_drift(calibrator: Calibrator, found: BestFits, seed: int) -> tuple[Cali
         return calibrator, found, ()
     drifting = calibrator.with_known(columns)
     again = drifting.best_fits(seed)
-    if found[0].cost - again[0].cost < by_chance(columns.shape[1]) or max(again[2].tau.values()) > 1.0:
+    if found[0].cost - again[0].cost < by_chance(columns.shape[1]) or not again[2].is_noise:
         return calibrator, found, ()
     drifts = calibrator.model.observations.split(_estimates(drifting, again[0], columns))
     tried = (c for c, block in zip(channels, blocks, strict=True) if block.shape[1])
@@ -72,12 +71,9 @@ def drift_columns(channel: Channel) -> Array:
     channel with fewer than three points. Of an offset alone the readings may be too few to show the drift beside it.
     """
     record = channel.record
-    subtracted = record is not None and record.zeroed and record.baseline is not None and record.baseline.drifts
-    if record is None or subtracted or len(channel.times) < FEWEST:
+    if record is None or record.drift_subtracted or len(channel.times) < FEWEST:
         return np.zeros((len(channel.times), 0))
-    size = SHARE * channel.peak
-    cut = [cut.times for cut in record.cuts if cut.reason == OUTSIDE]
-    early = np.concatenate([times[times < channel.times[0]] for times in cut]) if cut else np.zeros(0)
+    size, early = SHARE * channel.peak, record.early
     rho = neighbour_correlation(early, channel.correlation_time)
     seen = uncorrelated(_line(channel, early).T * size / record.noise.level, rho).T
     values, vectors = np.linalg.eigh(np.eye(2) + seen.T @ seen)

@@ -13,12 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import svd
 from scipy.stats import chi2
+from scipy.stats import f as f_distribution
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.autocorrelation import (
     autocorrelation,
     correlated,
+    density_freedom,
     integrated,
     uncorrelated,
 )
@@ -33,6 +35,8 @@ REJECT = 1e-3
 # White noise passes either limit in 0.5 to 2 of a thousand records of 20 to 2000 points (10 000 drawn of each length).
 LAGS, LAGS_LIMIT = 3, 6.0
 TAU_LIMIT = 75.0
+CHANCE = 0.01  # share of records whose noise alone gives a larger residual
+WELL_KNOWN = 1e9  # degrees of freedom
 
 
 @dataclass(frozen=True)
@@ -104,20 +108,32 @@ def residual_correlation(observations: Observations, residual: Array) -> Residua
     """
     parts = observations.split(residual)
     found = {c.name: _judged(parts[c.name], c) for c in observations.channels}
-    tau, fit, widened = ({name: figures[i] for name, figures in found.items()} for i in range(3))
-    return ResidualCorrelation(tau, fit, widened)
+    tau, fit, widened, by_chance = ({name: figures[i] for name, figures in found.items()} for i in range(4))
+    return ResidualCorrelation(tau, fit, widened, by_chance)
 
 
-def _judged(white: Array, channel: Channel) -> tuple[float, float, float]:
-    """Correlation, size and factor on the noise of a channel's whitened residual (n,)."""
+def _judged(white: Array, channel: Channel) -> tuple[float, float, float, float]:
+    """Correlation, size and factor on the noise of a channel's whitened residual (n,), and the factor by chance."""
     tau, known, errors = autocorrelation_time(white), 1.0, correlated(white, channel.correlation)
-    if tau > 1.0 and channel.correlation_time:
+    expected = tau > 1.0 and (channel.filtered or channel.correlation_time > 0.0)
+    if expected:
         # Noise without its fast part, as a filter leaves it, is not whitened over few points: over many it counts.
         tau, known = integrated(autocorrelation(errors)), channel.tau
-        tau = tau if tau > known else 1.0
+    own = density_freedom(len(white), tau) if tau > 1.0 else len(white)
+    tau = tau if tau > known else 1.0
     fit, larger = rms(errors), chi2.sf(white @ white, len(white)) < REJECT
     excess = max(1.0, tau / known)
-    return tau, fit, float(max(1.0, fit * np.sqrt(excess))) if excess > 1.0 or larger else 1.0
+    factor = float(max(1.0, fit * np.sqrt(excess))) if excess > 1.0 or larger else 1.0
+    if expected or tau == 1.0:
+        return tau, fit, factor, _by_chance(own, channel)
+    hidden = channel.hidden_tau
+    return tau, fit, factor, float(np.sqrt(hidden)) * _by_chance(own, channel) if hidden > 1.0 else 1.0
+
+
+def _by_chance(freedom: float, channel: Channel) -> float:
+    """The factor that the noise of a channel exceeds once in a hundred records, by so many degrees of freedom."""
+    known = min(channel.freedom, WELL_KNOWN)
+    return float(np.sqrt(max(f_distribution.isf(CHANCE, freedom, known), 1.0)))
 
 
 def autocorrelation_time(residual: Array) -> float:

@@ -118,7 +118,7 @@ def filtered_record(
         record,
         channels={c.name: _passed(record, c, passed, start, rests[c.name]) for c in channels},
         sigma={c.name: np.interp(record.time, c.times, c.noise.sigma) for c in channels},
-        read_before={c.name: _read_before(c) for c in channels},
+        read_before={c.name: _read_before(c, start) for c in channels},
     )
     last = passed.end - reach(name)
     single = np.isin(record.time, np.concatenate([_singles(c) for c in channels]))
@@ -242,11 +242,18 @@ def _passed(measured: Measured, channel: ChannelRecord, passed: ModelFilter, sta
     return zero_phase(np.concatenate([np.full(lead, rest), values]), passed.step, passed.name)[lead:]
 
 
-def _read_before(channel: ChannelRecord) -> ReadBefore:
-    """What the channel showed before the filter."""
+def _read_before(channel: ChannelRecord, start: float) -> ReadBefore:
+    """What the channel showed before the filter; start: of the simulated record [s]."""
     noise = channel.noise
-    correlation_time = 0.0 if noise.source == DIGITISER else noise.correlation_time
-    return ReadBefore(correlation_time, noise.source, noise.known, zeroed=True)
+    return ReadBefore(
+        correlation_time=0.0 if noise.source == DIGITISER else noise.correlation_time,
+        source=noise.source,
+        known=noise.known,
+        zeroed=True,
+        drifts=channel.drift_subtracted,
+        early=channel.times[channel.times < start],
+        freedom=noise.freedom,
+    )
 
 
 def _warnings(channel: ChannelRecord) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from scipy.stats import f as f_distribution
 from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.misfit import rms
-from birdstrike.inversion.observations.autocorrelation import WHITE, Autocorrelation
+from birdstrike.inversion.observations.autocorrelation import FITTED_SHARE, WHITE, Autocorrelation
 from birdstrike.inversion.observations.baseline import Baseline, baseline_of, constant_baseline, hum_of, terms
 from birdstrike.inversion.observations.high_frequency import ROUNDED, digitiser_step
 
@@ -25,7 +25,6 @@ REJECT = 0.05  # level of the test of a stated noise against the record before c
 LINE, WITH_HUM = 2, 4  # terms, each a degree of freedom, of the straight line before contact, and with the mains' hum
 SPIKE = 8.0  # robust standard deviations about the straight line before contact
 ROUNDING = 1e-12  # of the largest value: less is the rounding of the line, not noise
-FITTED_SHARE = 0.5  # of the points, at most, that the terms of the baseline take from the level of a correlated noise
 DIGITISER = "digitiser's step"  # source of a noise that is mostly rounding
 ASSUMED = 0.01  # of the channel's peak, where nothing is known of the noise
 SURE = 0.005  # level of the test of a stated noise against the scatter of neighbouring points
@@ -128,7 +127,7 @@ class BeforeContact:
                 fitted=rows.shape[1],
             )
         noisy = float(np.std(residual)) > ROUNDING * peak
-        correlation = Autocorrelation.of(residual) if noisy and len(times) >= FEWEST_FOR_TEST else WHITE
+        correlation = Autocorrelation.of(residual, rows.shape[1]) if noisy and len(times) >= FEWEST_FOR_TEST else WHITE
         level = (
             float(np.sqrt(residual @ residual / _counting(len(times), rows.shape[1], correlation))) if noisy else None
         )

@@ -12,7 +12,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.observations.autocorrelation import neighbour_correlation
+from birdstrike.inversion.observations.autocorrelation import density_freedom, hidden_tau, neighbour_correlation
 from birdstrike.inversion.observations.noise import DIGITISER
 from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord, Expected, read_record
 
@@ -41,11 +41,33 @@ class Channel:
         return neighbour_correlation(self.times, self.correlation_time)
 
     @property
+    def filtered(self) -> bool:
+        """Whether the noise is that before a filter, behind which it is smaller and correlated."""
+        return self.record is not None and self.record.read_before is not None
+
+    @property
     def tau(self) -> float:
         """n points are worth n / tau with independent noise: (1 + rho) / (1 - rho) at their median distance."""
         rho = self.correlation
         typical = float(np.median(rho[1:])) if rho.any() else 0.0
         return (1.0 + typical) / (1.0 - typical)
+
+    @property
+    def freedom(self) -> float:
+        """Degrees of freedom behind the noise's variance times its `tau`; inf where it is stated and white."""
+        if self.record is None:
+            return np.inf
+        noise = self.record.noise
+        if not self.correlation_time:
+            return noise.freedom
+        points = len(self.record.early) if noise.before is None else noise.before[1]
+        return min(noise.freedom, density_freedom(max(points, 1), self.tau))
+
+    @property
+    def hidden_tau(self) -> float:
+        """The largest `tau` that the record before contact may not have shown; 1 where there is none."""
+        before = None if self.record is None else self.record.noise.before
+        return 1.0 if before is None else hidden_tau(before[1])
 
     @property
     def peak(self) -> float:

@@ -176,7 +176,7 @@ class ChannelRecord:
     times: (n,) [s] on the record's clock; values: (n,) SI; noise: of these points; offset: mean reading before contact,
     SI, 0 where the record does not begin early enough; cuts: what was left out and why; remarks: sentences on noise and
     zero that the user should know; baseline: what the sensor reads at rest, where that is not zero; zeroed: whether it
-    has been subtracted from the values.
+    has been subtracted from the values; read_before: what was read of it before a filter, None where none has passed.
     """
 
     name: str
@@ -189,6 +189,21 @@ class ChannelRecord:
     remarks: tuple[str, ...]
     baseline: Baseline | None = None
     zeroed: bool = False
+    read_before: ReadBefore | None = None
+
+    @property
+    def early(self) -> Array:
+        """(e,) instants [s] of the readings before the first point used."""
+        outside = [cut.times for cut in self.cuts if cut.reason == OUTSIDE]
+        outside += [self.read_before.early] if self.read_before is not None else []
+        times = np.concatenate([np.zeros(0), *outside])
+        return times[times < self.times[0]]
+
+    @property
+    def drift_subtracted(self) -> bool:
+        """Whether the readings at rest have shown a drift, which was subtracted, here or before a filter."""
+        found = self.zeroed and self.baseline is not None and self.baseline.drifts
+        return found or (self.read_before is not None and self.read_before.drifts)
 
     @property
     def peak(self) -> float:
@@ -335,6 +350,7 @@ def _channel(
         ),
         baseline=baseline,
         zeroed=subtracted is not None,
+        read_before=known,
     )
 
 
@@ -463,7 +479,7 @@ def _noise(
 def _noise_before(measured: Measured, name: str, points: _Points, known: ReadBefore) -> Noise:
     """Noise of the points that are kept as it was before the channel was filtered."""
     column = measured.sigma[name][np.isfinite(measured.channels[name])]
-    return Noise(column[points.kept], known.correlation_time, known.source, known=known.known)
+    return Noise(column[points.kept], known.correlation_time, known.source, known.freedom, known.known)
 
 
 def _white(expected: Expected, name: str, times: Array, values: Array) -> tuple[float, float] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from birdstrike.data.formatting import plain
 
@@ -59,12 +59,15 @@ class ResidualCorrelation:
 
     tau: integrated autocorrelation time in points (1 = no longer than the noise's, white where nothing is known); fit:
     root mean square (1 = noise); widened: factor by which the noise was raised for the intervals, fit times the root of
-    tau over that of the noise, and at least 1.
+    tau over that of the noise, and at least 1; by_chance: the factor that noise exceeds once in a hundred records, for
+    so few independent points and a noise known no better, 1 where no correlation of the noise is expected or may have
+    been missed; empty in older files.
     """
 
     tau: dict[str, float]
     fit: dict[str, float]
     widened: dict[str, float]
+    by_chance: dict[str, float] = field(default_factory=dict)
 
     @property
     def white(self) -> bool:
@@ -72,12 +75,22 @@ class ResidualCorrelation:
         return max(self.widened.values()) == 1.0
 
     @property
+    def beyond_chance(self) -> tuple[str, ...]:
+        """Channels that noise alone would not have widened as much."""
+        return tuple(name for name, factor in self.widened.items() if factor > self.by_chance.get(name, 1.0))
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether no channel's residual is correlated, or large, beyond what noise gives by chance."""
+        return not self.beyond_chance
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """One sentence about the channel that is farthest from noise, or none."""
-        worst = max(self.widened, key=lambda name: self.widened[name])
-        factor, tau = self.widened[worst], self.tau[worst]
-        if factor == 1.0:
+        if self.is_noise:
             return ()
+        worst = max(self.beyond_chance, key=lambda name: self.widened[name])
+        factor, tau = self.widened[worst], self.tau[worst]
         if tau == 1.0:
             size = f"{plain(worst)}: the residual of the best fit is {self.fit[worst]:.1f} times the stated noise"
             return (f"{size}, so the intervals were widened by a factor {factor:.1f}",)

@@ -57,7 +57,13 @@ def first_shot(inversion: Inversion) -> Inversion:
         ),
         prior_predictive=replace(predictive, nearest_distance=_own(predictive.nearest_distance)),
         residual=residual
-        and replace(residual, tau=_own(residual.tau), fit=_own(residual.fit), widened=_own(residual.widened)),
+        and replace(
+            residual,
+            tau=_own(residual.tau),
+            fit=_own(residual.fit),
+            widened=_own(residual.widened),
+            by_chance=_own(residual.by_chance),
+        ),
         identifiability=identifiability and replace(identifiability, sobol=_own(identifiability.sobol)),
     )
 
