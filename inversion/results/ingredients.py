@@ -6,9 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
+
+SAME_INSTANT = 1e-9
+"""[s] By which an instant may have been rounded in a file: far less than any logger's interval."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +110,17 @@ class MeasuredFigures:
     cuts: Mapping[str, Mapping[str, tuple[float, ...]]] = field(default_factory=dict)
     at_rest: Mapping[str, RestFigures] = field(default_factory=dict)
     digest: str = ""
+
+    def used(self, channel: str, time: Array, values: Array, start: float) -> NDArray[np.bool_]:
+        """(n,) True at the readings that the fit of a channel used, of a record's `time` (n,) [s] and `values` (n,).
+
+        start: of the simulations [s]. Of the readings since then that were not cut the fit used the first `points`:
+        beyond the end of the simulated record it took none.
+        """
+        cut = np.array([t for times in self.cuts.get(channel, {}).values() for t in times])
+        left_out = np.isin(np.round(time / SAME_INSTANT), np.round(cut / SAME_INSTANT))
+        sound = np.isfinite(values) & (time >= start - SAME_INSTANT) & ~left_out
+        return np.asarray(sound & (np.cumsum(sound) <= self.points[channel]))
 
 
 @dataclass(frozen=True)

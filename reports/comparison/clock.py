@@ -19,7 +19,7 @@ def on_clock(run: Histories, channel: str, times: Array, offset: float) -> Array
 
 
 def best_offset(results: Results, run: Histories) -> float:
-    """Offset [s] that minimises |(record - run) / noise|^2 + (offset / sigma)^2 over all channels of the record.
+    """Offset [s] that minimises |(record - run) / noise|^2 + (offset / sigma)^2 over the points that the fit used.
 
     sigma: `inversion.nuisance.time_offset`, as for the inverted bird, so that an error of the trigger counts against
     no model. An offset that leaves a point of the record without a value of the run is not considered; 0 where the
@@ -28,7 +28,7 @@ def best_offset(results: Results, run: Histories) -> float:
     sigma = results.inversion.time_offset.sigma
     if not sigma:
         return 0.0
-    noise, record = results.inversion.measured.noise, results.record
+    noise, record = results.inversion.measured.noise, results.used
     points = {channel: record.points(channel) for channel in results.channels}
     inside = {c: (t[t <= run.time[-1]], v[t <= run.time[-1]]) for c, (t, v) in points.items()}
 

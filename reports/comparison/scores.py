@@ -6,21 +6,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from birdstrike.data.histories import Array, Histories
+from birdstrike.data.histories import Array, Histories, farthest, side_of
 from birdstrike.inversion.misfit import relative, rmse
 from birdstrike.reports.comparison.clock import on_clock
 from birdstrike.reports.comparison.iso18571 import SAMPLES, Rating, rate
 
 FEWEST_POINTS = 8  # of a record, for an error that needs the curve between its points
+HOLE_STEPS, HOLE_SHARE = 5.0, 0.05  # of the usual step and of the record: a longer step leaves the curve unknown
 
 
 @dataclass(frozen=True)
 class Score:
-    """Errors of one curve against one channel of the record, SI; None where the record has too few points for them.
+    """Errors of one curve against one channel of the record, SI; None where it is not known between its points.
 
     rms, share: root mean square over the record's points, and that over the record's peak; peak, peak_share,
-    peak_time: simulated less recorded peak, both read at the record's points; magnitude, phase: Sprague and Geers;
-    rating: ISO/TS 18571.
+    peak_time: simulated less recorded peak, on the side of the latter, both read at the record's points; magnitude,
+    phase: Sprague and Geers; rating: ISO/TS 18571.
     """
 
     rms: float
@@ -45,9 +46,9 @@ def score(
     if not both.any() or not np.abs(record[both]).max() > 0.0:
         return None
     time, record, simulated = time[both], record[both], simulated[both]
-    top, found = int(np.argmax(np.abs(record))), int(np.argmax(np.abs(simulated)))
+    top, found = same_side(record, simulated)
     difference = float(simulated[found] - record[top])
-    shape = _shape(time, record, run, channel, offset) if shaped and len(time) >= FEWEST_POINTS else None
+    shape = _shape(time, record, run, channel, offset) if shaped and _is_curve(time) else None
     magnitude, phase = sprague_geers(*shape) if shape else (None, None)
     return Score(
         rms=rmse(simulated, record),
@@ -59,6 +60,24 @@ def score(
         phase=phase,
         rating=rate(shape[0], shape[1]) if shape else None,
     )
+
+
+def same_side(record: Array, simulated: Array) -> tuple[int, int]:
+    """Places of a record's largest reading (m,) and of a simulation's on the same side of 0; NaN are skipped.
+
+    Of a simulation that never gets there, where it comes nearest.
+    """
+    side = side_of(record)
+    return int(farthest(record)), int(np.nanargmax(side * simulated))
+
+
+def _is_curve(time: Array) -> bool:
+    """Whether a record at these instants (m,) [s] is known between them: enough of them, and no stretch left out."""
+    if len(time) < FEWEST_POINTS:
+        return False
+    steps = np.diff(time)
+    longest = max(HOLE_STEPS * float(np.median(steps)), HOLE_SHARE * float(time[-1] - time[0]))
+    return float(steps.max()) <= longest
 
 
 def _shape(time: Array, record: Array, run: Histories, channel: str, offset: float) -> tuple[Array, Array]:

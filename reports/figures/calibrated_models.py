@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from birdstrike.data.histories import Array, Histories
-from birdstrike.reports.figures.curves import draw_record
+from birdstrike.reports.figures.curves import RecordCurve, draw_record
 from birdstrike.reports.figures.quantities import labelled, milliseconds, shown
 from birdstrike.reports.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import CALIBRATED, MARK, PUBLISHED
@@ -81,7 +81,7 @@ def curves_figure(
                     label=f"{name}, {mark}",
                     **style,
                 )
-        draw_record(axes, time, values[channel], None, unit, label)
+        draw_record(axes, RecordCurve(time, values[channel], None, label), unit)
         axes.set_ylabel(labelled(channel, shown(np.zeros(1), unit)[1]))
         axes.margins(y=0.08)
     panels[-1].set_xlim(0.0, float(milliseconds(time[-1:])[0]))

@@ -9,12 +9,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.figures.quantities import labelled, milliseconds, residual_label, shown, shown_span, significant
 from birdstrike.reports.figures.style import BLACK, METHOD_MARKERS, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import MARK, RECORD, look
 
+LEFT_OUT = "record, left out of the fit"
+LIGHT = "#9C9C9C"
 LATE = 0.7
 """Share of the record's end from which on a peak's value stands before its drop line: behind it, it leaves the axes."""
 
@@ -28,41 +31,79 @@ class VerifiedCurve:
     at_record: Array
 
 
+@dataclass(frozen=True)
+class RecordCurve:
+    """A record's channel: `time` (m,) s, `values` (m,) SI with NaN in gaps, `sigma` (m,) SI or None, its label.
+
+    left_out: (m,) SI, the readings that the fit left out, NaN elsewhere; clipped: time [s] and value, SI, at which the
+    sensor stood at its end, where that hides the record's peak.
+    """
+
+    time: Array
+    values: Array
+    sigma: Array | None
+    label: str
+    left_out: Array | None = None
+    clipped: tuple[float, float] | None = None
+
+    @property
+    def read(self) -> NDArray[np.bool_]:
+        """(m,) True where the channel has a reading, used or left out."""
+        return np.isfinite(self.values) | (False if self.left_out is None else np.isfinite(self.left_out))
+
+
 @styled
-def comparison_figure(
-    channel: str,
-    si_unit: str,
-    time: Array,
-    record: Array,
-    sigma: Array | None,
-    record_label: str,
-    verified: Mapping[str, VerifiedCurve],
-) -> Figure:
-    """`time` (m,) s, `record` (m,) SI with NaN in gaps, `sigma` (m,) SI or None; `verified`: method -> its run."""
+def comparison_figure(channel: str, si_unit: str, record: RecordCurve, verified: Mapping[str, VerifiedCurve]) -> Figure:
+    """`verified`: method -> its run."""
     figure = Figure(figsize=(WIDE, 5.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
-    draw_record(above, time, record, sigma, si_unit, record_label)
+    draw_record(above, record, si_unit)
     for method, curve in verified.items():
-        _simulated(above, method, curve, si_unit, shown_span(time))
-        _residual(below, method, time, curve.at_record - record, si_unit)
-    noise_band(below, time, sigma, si_unit)
-    _frame(above, below, channel, si_unit, time)
+        _simulated(above, method, curve, si_unit, shown_span(record.time))
+        _residual(below, method, record.time, curve.at_record - record.values, si_unit)
+    noise_band(below, record.time, record.sigma, si_unit)
+    _frame(above, below, channel, si_unit, record.time)
     return figure
 
 
-def draw_record(axes: Axes, time: Array, record: Array, sigma: Array | None, si_unit: str, label: str) -> None:
-    """Points for a sparse record, a line for a dense one; bars of two standard deviations where they are known."""
-    values, unit = shown(record, si_unit)
-    dense = is_dense(record)
-    at = milliseconds(time)
-    style = {**look(RECORD), "linestyle": "-" if dense else "none", "marker": "" if dense else "o", "label": label}
-    axes.plot(at, values, lw=1.1, markersize=5.5, markerfacecolor="white", zorder=5, **style)
-    if sigma is not None and not dense:
-        bars = 2 * shown(sigma, si_unit)[0]
+def draw_record(axes: Axes, record: RecordCurve, si_unit: str) -> None:
+    """Points for a sparse record, a line for a dense one; bars of two standard deviations where they are known.
+
+    Readings that the fit left out are light, and have an entry of their own in the legend.
+    """
+    values, unit = shown(record.values, si_unit)
+    dense, at = is_dense(record.values), milliseconds(record.time)
+    points = {"linestyle": "-" if dense else "none", "marker": "" if dense else "o", "label": record.label}
+    axes.plot(at, values, lw=1.1, markersize=5.5, markerfacecolor="white", zorder=5, **{**look(RECORD), **points})
+    if record.left_out is not None:
+        draw_left_out(axes, at, shown(record.left_out, si_unit)[0], dense)
+    if record.sigma is not None and not dense:
+        bars = 2 * shown(record.sigma, si_unit)[0]
         drawn = axes.errorbar(at, values, bars, fmt="none", ecolor=BLACK, elinewidth=0.8)
         for part in drawn.lines[2]:
             part.set_gid(MARK + RECORD)
-    _mark_peak(axes, at, values, unit)
+    _mark_peak(axes, *_peak(record, si_unit), unit, float(at[-1]), clipped=record.clipped is not None)
+
+
+def draw_left_out(axes: Axes, at: Array, values: Array, dense: bool) -> None:
+    """Stretches of left-out readings (m,) at `at` (m,) [ms] as light lines, single ones as light open circles."""
+    given = np.isfinite(values)
+    beside = np.pad(given, 1)
+    single = given & ~(beside[:-2] | beside[2:]) if dense else given
+    style = {"color": LIGHT, "gid": MARK + RECORD, "zorder": 4}
+    label = LEFT_OUT
+    if (given & ~single).any():
+        axes.plot(at, np.where(single, np.nan, values), lw=1.6, label=label, **style)
+        label = ""
+    if single.any():
+        axes.plot(at[single], values[single], "o", ms=4.0, mfc="white", label=label, **style)
+
+
+def _peak(record: RecordCurve, si_unit: str) -> tuple[float, float]:
+    """Where the record's peak is drawn: time [ms] and value in the unit shown."""
+    top = int(np.nanargmax(np.abs(record.values)))
+    time, value = record.clipped or (record.time[top], record.values[top])
+    return float(milliseconds(np.asarray(time))), float(shown(np.asarray(value), si_unit)[0])
 
 
 def is_dense(record: Array) -> bool:
@@ -80,15 +121,19 @@ def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str, span
     axes.plot(at[top], values[top], marker="v", markersize=6, zorder=6, **look(method))
 
 
-def _mark_peak(axes: Axes, time: Array, values: Array, unit: str) -> None:
-    """A drop line to the time axis and the peak's value beside it, clear of the curve and within the axes."""
-    top = int(np.nanargmax(np.abs(values)))
+def _mark_peak(axes: Axes, at: float, value: float, unit: str, end: float, *, clipped: bool) -> None:
+    """A drop line to the time axis and the peak's value beside it, clear of the curve and within the axes.
+
+    at, end: of the peak and of the record [ms]; clipped: the true peak is larger.
+    """
     mark = MARK + RECORD
-    side, to = (1, "left") if time[top] < LATE * time[-1] else (-1, "right")
-    axes.vlines(time[top], 0.0, values[top], color=BLACK, linewidth=0.7, linestyle=":", gid=mark)
+    side, to = (1, "left") if at < LATE * end else (-1, "right")
+    axes.vlines(at, 0.0, value, color=BLACK, linewidth=0.7, linestyle=":", gid=mark)
+    size, when = f"{significant(value)} {unit}".rstrip(), f"{significant(at)} ms"
+    beyond = "≥" if value > 0.0 else "≤"
     axes.annotate(
-        f"peak {f'{significant(float(values[top]))} {unit}'.rstrip()} at {significant(float(time[top]))} ms",
-        xy=(time[top], 0.0),
+        f"peak {beyond} {size}, clipped from {when} on" if clipped else f"peak {size} at {when}",
+        xy=(at, 0.0),
         xytext=(5 * side, 5),
         textcoords="offset points",
         horizontalalignment=to,

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from scipy.ndimage import uniform_filter1d
 
 from birdstrike.data.histories import Array
-from birdstrike.reports.figures.curves import draw_record, is_dense, noise_band
+from birdstrike.reports.figures.curves import RecordCurve, draw_record, is_dense, noise_band
 from birdstrike.reports.figures.quantities import labelled, milliseconds, residual_label, shown
 from birdstrike.reports.figures.style import BLACK, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import look
@@ -34,16 +34,6 @@ class ModelCurve:
     at_record: Array | None = None
     impulse: Array | None = None
     leading: bool = False
-
-
-@dataclass(frozen=True)
-class RecordCurve:
-    """The record's channel: `time` (m,) s, `values` (m,) SI with NaN in gaps, `sigma` (m,) SI or None, its label."""
-
-    time: Array
-    values: Array
-    sigma: Array | None
-    label: str
 
 
 @styled
@@ -83,7 +73,7 @@ def _curves(
     span: tuple[float, float],
 ) -> None:
     if record is not None:
-        draw_record(axes, record.time, record.values, record.sigma, si_unit, record.label)
+        draw_record(axes, record, si_unit)
     for model in models:
         seen = (model.time >= span[0]) & (model.time <= span[1])
         values, at = shown(model.values, si_unit)[0], milliseconds(model.time[seen])
@@ -107,8 +97,9 @@ def _residuals(axes: Axes, models: Sequence[ModelCurve], record: RecordCurve, si
     for model in models:
         if model.at_record is not None:
             residual = shown(model.at_record - record.values, si_unit)[0]
-            given = np.isfinite(residual)
-            axes.plot(milliseconds(record.time)[given], residual[given], lw=1.1, marker=marker, **look(model.key))
+            axes.plot(
+                milliseconds(record.time)[record.read], residual[record.read], lw=1.1, marker=marker, **look(model.key)
+            )
     noise_band(axes, record.time, record.sigma, si_unit)
     axes.set_ylabel(residual_label(shown(np.zeros(1), si_unit)[1]))
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.reports.figures.curves import is_dense
+from birdstrike.reports.figures.curves import RecordCurve, draw_left_out, is_dense
 from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, shown_span
 from birdstrike.reports.figures.style import ORANGE, SKY, VERMILION, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import CAMPAIGN, MARK, RECORD, look
@@ -22,22 +22,20 @@ def prior_predictive_figure(
     time: Array,
     curves: Array,
     smooth: NDArray[np.bool_],
-    record_time: Array,
-    record: Array,
+    record: RecordCurve,
     outside: NDArray[np.bool_],
-    record_label: str,
 ) -> Figure:
-    """`curves` (n, m) SI at `time` (m,) s, `smooth` (n,); the record (r,) SI, its points `outside` (r,)."""
+    """`curves` (n, m) SI at `time` (m,) s, `smooth` (n,); the record of r instants, its points `outside` (r,)."""
     figure = Figure(figsize=(WIDE, 5.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.7, 1))
-    start, end = shown_span(record_time)
+    start, end = shown_span(record.time)
     seen = (time >= start) & (time <= end)
     time, curves = time[seen], curves[:, seen]
     mean = curves[smooth if smooth.any() else slice(None)].mean(axis=0)
-    at_record = np.interp(record_time, time, mean, left=np.nan, right=np.nan)
-    for axes, simulated, points in ((above, curves, record), (below, curves - mean, record - at_record)):
+    at_record = np.interp(record.time, time, mean, left=np.nan, right=np.nan)
+    for axes, simulated, base in ((above, curves, np.zeros(())), (below, curves - mean, at_record)):
         _simulations(axes, time, simulated, smooth, si_unit)
-        _points(axes, record_time, points, outside, si_unit, record_label)
+        _points(axes, record, base, outside, si_unit)
     unit = shown(np.zeros(1), si_unit)[1]
     above.set_ylabel(labelled(channel, unit))
     below.set_ylabel(labelled("off the mean", unit))
@@ -70,10 +68,13 @@ def _simulations(axes: Axes, time: Array, curves: Array, smooth: NDArray[np.bool
     axes.autoscale_view()
 
 
-def _points(axes: Axes, time: Array, values: Array, outside: NDArray[np.bool_], si_unit: str, label: str) -> None:
-    shown_values, at = shown(values, si_unit)[0], milliseconds(time)
-    marker = "" if is_dense(values) else "o"
-    axes.plot(at, shown_values, lw=0.8, marker=marker, markersize=4.5, mfc="white", label=label, **look(RECORD))
+def _points(axes: Axes, record: RecordCurve, base: Array, outside: NDArray[np.bool_], si_unit: str) -> None:
+    """The record less `base`, (r,) or one value, SI."""
+    values, at, dense = record.values - base, milliseconds(record.time), is_dense(record.values)
+    shown_values, marker = shown(values, si_unit)[0], "" if dense else "o"
+    axes.plot(at, shown_values, lw=0.8, marker=marker, markersize=4.5, mfc="white", label=record.label, **look(RECORD))
+    if record.left_out is not None:
+        draw_left_out(axes, at, shown(record.left_out - base, si_unit)[0], dense)
     if outside.any():
         label = f"outside all simulations ({int(outside.sum())} of {int(np.isfinite(values).sum())})"
         axes.plot(at[outside], shown_values[outside], "o", color=VERMILION, ms=4.5, label=label, gid=MARK + RECORD)

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from birdstrike.data.formatting import listing
+from birdstrike.data.formatting import listing, many
 from birdstrike.inversion.labels import in_words
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
-from birdstrike.reports.results.measurement import RecordPosition, named, origin, peak, record_position, residual
+from birdstrike.reports.results.measurement import (
+    RecordPosition,
+    named,
+    origin,
+    peak,
+    record_peak,
+    record_position,
+    residual,
+)
 from birdstrike.reports.results.results import CampaignResults, InversionResults, Results, RunSummary
 
 
@@ -37,17 +45,21 @@ def analysed(results: Results) -> str:
 
 
 def _record_peaks(results: Results) -> str:
-    """`148 points of displacement centre (peak 6.35 mm at 1.52 ms) and ...`, the count once where all have as many."""
-    counts, peaks = list[int](), list[str]()
-    for channel in results.channels:
-        time, values = results.record.points(channel)
-        at, value = peak(time, values)
-        counts.append(time.size)
-        peaks.append(f"{words(channel)} (peak {quantity(value, results.record.units[channel])} at {quantity(at, 's')})")
+    """`148 points of displacement centre (peak 6.35 mm at 1.52 ms) and ...`, the count once where all have as many.
+
+    `116 used points` where others were left out.
+    """
+    used, own = results.used, results.record
+    counts = [_counted(used.points(channel)[0].size, own.points(channel)[0].size) for channel in results.channels]
+    peaks = [f"{words(channel)} (peak {record_peak(results, channel).text})" for channel in results.channels]
     if len(set(counts)) == 1:
         each = " each" if len(counts) > 1 else ""
-        return f"{counts[0]} points{each} of {listing(peaks)}"
-    return listing([f"{count} points of {text}" for count, text in zip(counts, peaks, strict=True)])
+        return f"{counts[0]}{each} of {listing(peaks)}"
+    return listing([f"{count} of {text}" for count, text in zip(counts, peaks, strict=True)])
+
+
+def _counted(used: int, read: int) -> str:
+    return many(used, "point" if used == read else "used point")
 
 
 def verified(results: InversionResults) -> str:

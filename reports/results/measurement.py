@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.curves import Measured
-from birdstrike.data.histories import Array, farthest
+from birdstrike.data.formatting import listing
+from birdstrike.data.histories import Array, farthest, side_of
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.observations.prior_predictive import ENVELOPE_SIGMAS
+from birdstrike.inversion.observations.reader import CLIPPED, SATURATED
+from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.results.results import InversionResults, Results
 from birdstrike.solver.case.case import load_case
 
@@ -78,7 +81,7 @@ class RecordPosition:
 
 def record_position(results: Results, channel: str) -> RecordPosition:
     """The campaign's smooth simulations at the record's times, on the estimated time origin."""
-    time, values = results.record.time, results.record.channels[channel]
+    time, values = results.record.time, results.used.channels[channel]
     on_their_clock = np.maximum(time - results.offset, results.dataset.time[0])  # at rest before the trigger
     curves = results.dataset.sampled(channel, on_their_clock)[results.dataset.smooth]
     margin = ENVELOPE_SIGMAS * results.inversion.measured.noise[channel]
@@ -99,8 +102,8 @@ class Residual:
 
 
 def residual(results: InversionResults, channel: str, method: str) -> Residual:
-    """What a method's verification leaves unexplained in one channel."""
-    difference = results.simulated[method][channel] - results.record.channels[channel]
+    """What a method's verification leaves unexplained in one channel, at the points that the fit used."""
+    difference = results.simulated[method][channel] - results.used.channels[channel]
     both = np.isfinite(difference)
     return Residual(results.record.time[both], difference[both])
 
@@ -109,3 +112,51 @@ def peak(time: Array, values: Array) -> tuple[float, float]:
     """Time [s] and value of the largest reading, the one farthest from 0 with its sign, SI."""
     top = int(farthest(values))
     return float(time[top]), float(values[top])
+
+
+@dataclass(frozen=True)
+class RecordPeak:
+    """A channel's largest reading: its time [s] and value, SI `unit`.
+
+    clipped: the sensor stood at its end there; the true peak is larger, and when it was is not known.
+    """
+
+    time: float
+    value: float
+    unit: str
+    clipped: bool = False
+
+    @property
+    def size(self) -> str:
+        """`6.35 mm`, and `≥ 6.35 mm` of a clipped one."""
+        side = "" if not self.clipped else "≥ " if self.value > 0.0 else "≤ "
+        return side + quantity(self.value, self.unit)
+
+    @property
+    def text(self) -> str:
+        """`6.35 mm at 1.52 ms`, and `≥ 6.35 mm, clipped from 1.22 ms on` of a clipped one."""
+        at = quantity(self.time, "s")
+        return f"{self.size}, clipped from {at} on" if self.clipped else f"{self.size} at {at}"
+
+
+def record_peak(results: InversionResults, channel: str) -> RecordPeak:
+    """Of the points that the fit used, or the end at which the sensor stood where that hides the peak."""
+    unit = results.record.units[channel]
+    at, top = peak(*results.used.points(channel))
+    times, values = results.record.points(channel)
+    flat = np.isin(times, results.cut(channel, CLIPPED, SATURATED))
+    if not flat.any():
+        return RecordPeak(at, top, unit)
+    side = side_of(values[flat])
+    limit = side * float((side * values[flat]).max())
+    if top * side < 0.0 and abs(limit) < abs(top):
+        return RecordPeak(at, top, unit)  # clipped on the other side, where less was reached
+    first = float(times[flat & (side * values > 0.0)][0])
+    return RecordPeak(first, side * max(abs(limit), side * top), unit, clipped=True)
+
+
+def hidden_peaks(results: InversionResults) -> str:
+    """`; – where the record's peak is clipped (displacement centre ≥ 4.00 mm)`; nothing where none is."""
+    tops = {channel: record_peak(results, channel) for channel in results.channels}
+    hidden = [f"{words(channel)} {top.size}" for channel, top in tops.items() if top.clipped]
+    return f"; – where the record's peak is clipped ({listing(hidden)})" if hidden else ""

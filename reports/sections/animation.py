@@ -195,7 +195,7 @@ def _sensor(results: Results) -> dict[str, Any] | None:
     if name is None:
         return None
     recorded = name in results.channels
-    time, values = results.record.points(name) if recorded else (np.empty(0), np.empty(0))
+    time, values = results.used.points(name) if recorded else (np.empty(0), np.empty(0))
     return {"name": name.replace("_", " "), "time": _rounded(milliseconds(time), 4), "values": _mm(values)}
 
 

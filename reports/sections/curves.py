@@ -6,12 +6,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from birdstrike.data.histories import Array
+from birdstrike.inversion.observations.reader import HELD
 from birdstrike.reports.blocks import Picture, Section, drawing
-from birdstrike.reports.figures.curves import VerifiedCurve, comparison_figure
+from birdstrike.reports.figures.curves import RecordCurve, VerifiedCurve, comparison_figure
 from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.results.findings import channel_error, offset_text, prior_text, worst_text
-from birdstrike.reports.results.measurement import origin, peak, record_position
+from birdstrike.reports.results.measurement import origin, peak, record_peak, record_position
 from birdstrike.reports.results.results import InversionResults, Results
 
 
@@ -37,11 +38,23 @@ def comparison(results: InversionResults, channel: str) -> Figure:
     return comparison_figure(
         channel=channel,
         si_unit=results.record.units[channel],
-        time=results.record.time,
-        record=results.record.channels[channel],
-        sigma=noise(results, channel),
-        record_label=f"record, {origin(results.record)}",
+        record=record_curve(results, channel),
         verified={method: _verified(results, method, channel) for method in results.finished},
+    )
+
+
+def record_curve(results: InversionResults, channel: str) -> RecordCurve:
+    """The record's points that the fit used, and lightly those that it left out, repetitions of a slow logger aside."""
+    used, own, top = results.used.channels[channel], results.record, record_peak(results, channel)
+    repeated = np.isin(own.time, results.cut(channel, HELD))
+    left_out = np.where(np.isfinite(used) | repeated, np.nan, own.channels[channel])
+    return RecordCurve(
+        time=own.time,
+        values=used,
+        sigma=noise(results, channel),
+        label=f"record, {origin(own)}",
+        left_out=left_out if np.isfinite(left_out).any() else None,
+        clipped=(top.time, top.value) if top.clipped else None,
     )
 
 
@@ -59,9 +72,8 @@ def noise(results: InversionResults, channel: str) -> Array | None:
 
 
 def _comparison_caption(results: InversionResults, channel: str) -> str:
-    at, top = peak(*results.record.points(channel))
     unit = results.record.units[channel]
-    parts = [f"The record ({origin(results.record)}) peaks at {quantity(top, unit)}, {quantity(at, 's')}."]
+    parts = [f"The record ({origin(results.record)}) has its peak of {record_peak(results, channel).text}."]
     for method in results.finished:
         run = results.verified[method]
         at, top = peak(run.time + results.offset, run.channels[channel])
@@ -100,8 +112,6 @@ def prior_predictive(results: Results, channel: str) -> Figure:
         time=dataset.time + results.offset,
         curves=dataset.curves[channel],
         smooth=dataset.smooth,
-        record_time=seen.time,
-        record=seen.values,
+        record=record_curve(results, channel),
         outside=seen.outside,
-        record_label=f"record, {origin(results.record)}",
     )

@@ -12,12 +12,12 @@ from birdstrike.reports.comparison.clock import on_clock
 from birdstrike.reports.comparison.end_state import impulse
 from birdstrike.reports.comparison.models import STANDARD
 from birdstrike.reports.figures.load_cells import load_cells_figure
-from birdstrike.reports.figures.models import RUNNING, ModelCurve, RecordCurve, models_figure
+from birdstrike.reports.figures.models import RUNNING, ModelCurve, models_figure
 from birdstrike.reports.figures.quantities import quantity, shown_span, significant, words
 from birdstrike.reports.results.findings import percent
-from birdstrike.reports.results.measurement import origin, peak
+from birdstrike.reports.results.measurement import origin, peak, record_peak
 from birdstrike.reports.results.results import Model, Results
-from birdstrike.reports.sections.curves import noise
+from birdstrike.reports.sections.curves import noise, record_curve
 from birdstrike.reports.sections.models_tables import constants_table, end_state_table, errors_table, scores
 from birdstrike.solver.sensors.reaction_force import ReactionForce
 
@@ -138,8 +138,7 @@ def _figure(results: Results, channel: str) -> Picture:
     curves = [_curve(results, model, channel) for model in results.models.values() if model.run is not None]
     record = None
     if recorded:
-        values, label = results.record.channels[channel], f"record, {origin(results.record)}"
-        record = RecordCurve(results.record.time, values, noise(results, channel), label)
+        record = record_curve(results, channel)
     ends = [float(curve.time[-1]) for curve in curves]
     span = shown_span(results.record.time) if recorded else (0.0, min(ends))
     momentum = results.case.bird.actual_mass * results.case.normal_speed
@@ -178,9 +177,8 @@ def _caption(results: Results, channel: str, curves: list[ModelCurve], momentum:
     if any(curve.impulse is not None for curve in curves):
         text += f" Bold: running mean over {quantity(RUNNING, 's', 2)}; faint: as computed."
     if channel in results.channels:
-        at, top = peak(*results.record.points(channel))
         band = noise(results, channel)
-        text += f" The record ({origin(results.record)}) peaks at {quantity(top, unit)}, {quantity(at, 's')}; below: "
+        text += f" The record ({origin(results.record)}) has its peak of {record_peak(results, channel).text}; below: "
         text += "simulated minus record."
         if band is not None:
             text += f" Grey: ±2σ of the record's noise ({quantity(2 * float(np.max(band)), unit, 2)})."

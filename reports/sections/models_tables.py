@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from birdstrike.data.formatting import listing
 from birdstrike.reports.blocks import Table
 from birdstrike.reports.comparison.end_state import impulse, penetration, residual_deflection, sensor_of_kind
@@ -12,7 +14,7 @@ from birdstrike.reports.comparison.iso18571 import SAMPLES
 from birdstrike.reports.comparison.scores import Score, score
 from birdstrike.reports.figures.quantities import bound, quantity, signed_quantity, significant, words
 from birdstrike.reports.results.findings import percent
-from birdstrike.reports.results.measurement import origin
+from birdstrike.reports.results.measurement import hidden_peaks, origin, record_peak
 from birdstrike.reports.results.results import Model, Results
 from birdstrike.solver.case.sections import quantity_at
 
@@ -20,14 +22,16 @@ NONE = "–"
 
 
 def scores(results: Results, *, shaped: bool = False) -> dict[tuple[str, str], Score]:
-    """Score by (model, channel) of every finished model and every channel of the record that it meets.
+    """Score by (model, channel) of every finished model and every channel of the record that it meets, at the points
+    that the fit used.
 
     shaped: with magnitude, phase and rating.
     """
+    used = results.used
     found = {
         (key, channel): score(
-            results.record.time,
-            results.record.channels[channel],
+            used.time,
+            used.channels[channel],
             model.run,
             channel,
             model.offset,
@@ -64,7 +68,7 @@ def errors_table(results: Results) -> Table:
         if shifted
         else ""
     )
-    sparse = min(results.record.points(channel)[0].size for channel in results.channels)
+    sparse = min(int(np.isfinite(values).sum()) for values in results.used.channels.values())
     note = (
         f" M, P and the ISO score need the curve between the record's points; with {sparse} of them it is the straight "
         "line from each to the next, so that the slope part also counts what lies between the points."
@@ -73,7 +77,8 @@ def errors_table(results: Results) -> Table:
     )
     caption = (
         f"Errors of the simulated curves against the record ({origin(results.record)}). Peak and its time: simulated "
-        "less record, both at the record's instants. M, P: magnitude and phase after Sprague and Geers, 0 is perfect. "
+        f"less record, both at the record's instants{hidden_peaks(results)}. M, P: magnitude and phase after Sprague "
+        "and Geers, 0 is perfect; – where a stretch of the curve is not known. "
         f"ISO/TS 18571: 1 is perfect, above 0.94 excellent, 0.80 good, 0.58 fair.{note}{clock}"
     )
     return Table(head, rows, caption, frozenset(range(1, len(head))))
@@ -82,13 +87,13 @@ def errors_table(results: Results) -> Table:
 def _errors(results: Results, model: Model, channel: str, entry: Score) -> tuple[str, ...]:
     unit = results.record.units[channel]
     name = model.title + (f", {words(channel)}" if len(results.channels) > 1 else "")
-    rating = entry.rating
+    rating, clipped = entry.rating, record_peak(results, channel).clipped
     return (
         name,
         quantity(entry.rms, unit),
         percent(entry.share),
-        f"{signed_quantity(entry.peak, unit)} ({_signed_share(entry.peak_share)})",
-        signed_quantity(entry.peak_time, "s"),
+        NONE if clipped else f"{signed_quantity(entry.peak, unit)} ({_signed_share(entry.peak_share)})",
+        NONE if clipped else signed_quantity(entry.peak_time, "s"),
         NONE if entry.magnitude is None else _signed_share(entry.magnitude),
         NONE if entry.phase is None else percent(entry.phase),
         NONE if rating is None else f"{rating.overall:.3f} {rating.grade}",

@@ -30,8 +30,9 @@ def _drawn(results: Results, channel: str) -> DrawnChannel:
     rest = _rest(results, channel)
     values = results.record.channels[channel]
     cuts = {reason: np.array(times) for reason, times in measured.cuts.get(channel, {}).items()}
-    outside = (time < results.dataset.time[0]) | (time > results.dataset.time[-1] * (1.0 + 1e-9))
-    outside &= np.isfinite(values)  # of shots inverted together the clock has instants at which others alone were read
+    used, cut = results.used.channels[channel], results.cut(channel, *cuts)
+    # Of shots inverted together the clock has instants at which others alone were read.
+    outside = np.isfinite(values) & ~np.isfinite(used) & ~np.isin(time, cut)
     cuts |= {OUTSIDE: time[outside]} if outside.any() else {}
     raw = values if rest is None else values + rest
     return DrawnChannel(

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings
+from birdstrike.reports.comparison.scores import same_side
 from birdstrike.reports.figures.quantities import quantity, signed_quantity, words
 from birdstrike.reports.results.findings import findings, percent
-from birdstrike.reports.results.measurement import origin, peak
+from birdstrike.reports.results.measurement import hidden_peaks, origin, record_peak
 from birdstrike.reports.results.results import InversionResults, Results
 from birdstrike.reports.sections.models import nearest
 
@@ -29,7 +32,7 @@ def methods_table(results: InversionResults) -> Table:
     caption = (
         f"Simulated verification runs against the record ({origin(results.record)}){better}. Predicted: the RMS error "
         "that the emulator expected at that answer, before the solver was re-run. Peak and its time: simulated against "
-        "record, both at the record's instants."
+        f"record, both at the record's instants{hidden_peaks(results)}."
     )
     return Table(head, tuple(rows), caption, frozenset(range(1, len(head))))
 
@@ -41,8 +44,7 @@ def _shifted(results: InversionResults) -> bool:
 
 def _row(results: InversionResults, method: str, channel: str) -> tuple[str, ...]:
     score = results.inversion.methods[method].channels[channel]
-    unit, simulated = results.record.units[channel], results.simulated[method][channel]
-    (record_at, record_peak), (at, top) = peak(*results.record.points(channel)), peak(results.record.time, simulated)
+    unit = results.record.units[channel]
     best = " (best)" if method == results.best and len(results.finished) > 1 else ""
     return (
         method + best + (f", {words(channel)}" if len(results.channels) > 1 else ""),
@@ -50,9 +52,19 @@ def _row(results: InversionResults, method: str, channel: str) -> tuple[str, ...
         "–" if score.verified_relative is None else percent(score.verified_relative),
         *((_known(score.verified_rmse_at_zero_offset, unit),) if _shifted(results) else ()),
         _known(score.predicted_rmse, unit),
-        signed((top / record_peak - 1) * 100, "%"),
-        signed_quantity(at - record_at, "s"),
+        *_peak(results, method, channel),
     )
+
+
+def _peak(results: InversionResults, method: str, channel: str) -> tuple[str, str]:
+    """By how much the simulated peak is larger than the record's, and later; not known of a clipped one."""
+    if record_peak(results, channel).clipped:
+        return "–", "–"
+    record = results.used.channels[channel]
+    both = np.isfinite(record) & np.isfinite(results.simulated[method][channel])
+    time, record, simulated = results.record.time[both], record[both], results.simulated[method][channel][both]
+    top, found = same_side(record, simulated)
+    return signed((simulated[found] / record[top] - 1) * 100, "%"), signed_quantity(time[found] - time[top], "s")
 
 
 def signed(number: float, unit: str) -> str:

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array
 from birdstrike.inversion.results.estimates import Answer, Estimate
 from birdstrike.inversion.results.fit import TimeOrigin
-from birdstrike.inversion.results.ingredients import MeasuredFigures
+from birdstrike.inversion.results.ingredients import SAME_INSTANT
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
@@ -22,8 +21,6 @@ from birdstrike.reports.results.reading import read_verification
 from birdstrike.surrogate.files import load_emulator, read_runs
 from birdstrike.surrogate.weights import emulator_table
 
-SAME_INSTANT = 1e-9
-"""[s] By which an instant may have been rounded in a file: far less than any logger's interval."""
 FARTHEST_CLOCK = 3.0  # standard deviations of the time origin that its slider reaches beyond the answer
 
 
@@ -95,21 +92,9 @@ def _sensor(inversion: Inversion, name: str, unit: str, time: Array, values: Arr
     source = paths.get(f"@{parts[1]}" if len(parts) > 1 else "", Path(inversion.measured.path).name)
     label = f"{plain(parts[0])}, {source}" if len(inversion.shots) > 1 else plain(parts[0])
     seen = (time >= clock[0] - SAME_INSTANT) & (time <= clock[-1] + SAME_INSTANT)
-    used = fitted(inversion.measured, name, time[seen], values[seen])
+    used = inversion.measured.used(name, time[seen], values[seen], clock[0])
     own = record(time[seen], values[seen], np.full(len(used), noise), source, used)
     return channel(name, unit, noise, own, label)
-
-
-def fitted(measured: MeasuredFigures, name: str, time: Array, values: Array) -> NDArray[np.bool_]:
-    """(n,) True at the readings that the fit of a channel used.
-
-    time, values: of the record since the simulations begin. Of the readings that were not cut the fit used the first
-    `measured.points`: beyond its end it took none.
-    """
-    cut = np.array([t for times in measured.cuts.get(name, {}).values() for t in times])
-    left_out = np.isin(np.round(time / SAME_INSTANT), np.round(cut / SAME_INSTANT))
-    sound = np.isfinite(values) & ~left_out
-    return sound & (np.cumsum(sound) <= measured.points[name])
 
 
 def _point(inversion: Inversion, estimates: Mapping[str, Estimate]) -> list[float]:

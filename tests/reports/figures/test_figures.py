@@ -16,11 +16,11 @@ from matplotlib.figure import Figure
 
 from birdstrike.inversion.observations.reader import HELD
 from birdstrike.reports.comparison.end_state import impulse
-from birdstrike.reports.figures.curves import VerifiedCurve, comparison_figure
+from birdstrike.reports.figures.curves import RecordCurve, VerifiedCurve, comparison_figure
 from birdstrike.reports.figures.cut import Sheets
 from birdstrike.reports.figures.design import design_figure
 from birdstrike.reports.figures.diagnosis import residual_figure
-from birdstrike.reports.figures.models import ModelCurve, RecordCurve, models_figure, running_mean
+from birdstrike.reports.figures.models import ModelCurve, models_figure, running_mean
 from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
 from birdstrike.reports.figures.posterior import sobol_figure
 from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
@@ -48,16 +48,15 @@ def comparison(time: np.ndarray = RECORD_TIMES, sigma: float | None = 5e-5) -> F
     }
     noise = None if sigma is None else np.full(time.size, sigma)
     label = "record, simulated by LS-DYNA"
-    return comparison_figure("displacement_centre", "m", time, values, noise, label, verified)
+    return comparison_figure("displacement_centre", "m", RecordCurve(time, values, noise, label), verified)
 
 
 def prior() -> Figure:
     curves = np.stack([displacement(RUN.time, peak) for peak in np.linspace(5.0e-3, 5.5e-3, 25)])
     smooth = np.arange(25) != 3
     outside = np.interp(RECORD_TIMES, RUN.time, curves.max(axis=0)) < RECORD
-    return prior_predictive_figure(
-        "displacement_centre", "m", RUN.time, curves, smooth, RECORD_TIMES, RECORD, outside, "record, measured"
-    )
+    record = RecordCurve(RECORD_TIMES, RECORD, None, "record, measured")
+    return prior_predictive_figure("displacement_centre", "m", RUN.time, curves, smooth, record, outside)
 
 
 def design() -> Figure:
@@ -326,7 +325,9 @@ def test_the_pointer_reads_the_curves_where_they_are_drawn() -> None:
 def test_the_words_of_a_peak_at_a_record_s_end_stay_within_the_axes() -> None:
     """Behind the drop line they left the axes, which were then drawn narrower than those of the other sensors."""
     rising = 1e-3 * RECORD_TIMES / RECORD_TIMES[-1]
-    figure = comparison_figure("displacement_centre", "m", RECORD_TIMES, rising, None, "record, measured", {})
+    figure = comparison_figure(
+        "displacement_centre", "m", RecordCurve(RECORD_TIMES, rising, None, "record, measured"), {}
+    )
     figure.draw_without_rendering()
     above = figure.axes[0]
     (words,) = (text for text in above.texts if text.get_text().startswith("peak"))
@@ -334,7 +335,7 @@ def test_the_words_of_a_peak_at_a_record_s_end_stay_within_the_axes() -> None:
 
 
 def test_a_peak_without_a_unit_has_no_gap_for_one_and_residuals_say_their_sense() -> None:
-    figure = comparison_figure("strain", "", RECORD_TIMES, RECORD, None, "record, measured", {})
+    figure = comparison_figure("strain", "", RecordCurve(RECORD_TIMES, RECORD, None, "record, measured"), {})
     above, below = figure.axes[:2]
     (words,) = (text.get_text() for text in above.texts if text.get_text().startswith("peak"))
     assert "  " not in words

@@ -204,8 +204,8 @@ def test_a_record_of_two_channels_with_a_gap_is_told_channel_by_channel(tmp_path
         finished_folder(tmp_path, tmp_path / "shot9.csv", patch, runs=12, posterior=False)
     results = read_results(tmp_path)
     first, second, _, fourth, _ = findings(results)
-    assert "131 points of displacement centre" in first
-    assert "111 points of contact force" in first
+    assert "116 used points of displacement centre" in first
+    assert "96 used points of contact force" in first
     assert re.search(r"mm \([\d.]+ %\) in displacement centre and [\d.]+ kN \([\d.]+ %\) in contact force", second)
     assert "RMS, and share of the peak" in second
     assert fourth.count("(simulation ") == 2
