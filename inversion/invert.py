@@ -222,14 +222,15 @@ def answered(located: Located, proposal: Proposal, verification: VerificationRun
         predicted = located.observations.split(model.curve(proposal.theta, t0))
     except ExtrapolationError:
         predicted = None
-    scores = channel_scores(verification, predicted, located.observations, t0)
+    scores = channel_scores(verification, predicted, located.observations, t0, _allowed(located))
     first = scores[located.observations.channels[0].name]
     key = verification.histories.summary.get("run_key") if verification.histories is not None else None
     return Answer(
         parameters=proposal.estimates,
         predicted_rmse=first.predicted_rmse,
         verified_rmse=first.verified_rmse,
-        verified_relative=overall(scores),
+        verified_relative=overall(s.verified_relative for s in scores.values()),
+        verified_misfit=overall(s.verified_misfit for s in scores.values()),
         channels=scores,
         combination=proposal.combination,
         run=str(key) if key is not None else None,
@@ -267,14 +268,22 @@ def _worst(located: Located, run: Histories) -> float:
     the fit is accepted only the poor channels are in doubt: the others have been tested by the fit.
     """
     record = located.observations
-    model, values, noise = (
-        record.split(rows) for rows in (stacked(run, record, located.origin.value), record.values, record.noise)
-    )
-    unit = {name: np.hypot(noise[name], _left_out_error(located.emulator.channels[name])) for name in values}
+    model, values = (record.split(rows) for rows in (stacked(run, record, located.origin.value), record.values))
+    unit = _allowed(located)
     tested = (
         [name for name in values if poor(located.emulator.channels[name])] if located.prior_predictive.inside else []
     )
     return max(whitened(model[name], values[name], unit[name]) for name in tested or values)
+
+
+def _allowed(located: Located) -> dict[str, Array]:
+    """Channel -> (n,) SI, by how much a run at the right answer may differ from the record (one standard deviation).
+
+    Noise and, of a channel that the emulator predicts poorly, the error of left-out runs: such a channel's error says
+    little about the answer.
+    """
+    emulator = located.emulator.channels
+    return {c.name: np.hypot(c.noise, _left_out_error(emulator[c.name])) for c in located.observations.channels}
 
 
 def _left_out_error(emulator: CurveEmulator) -> float:
@@ -290,8 +299,12 @@ def _q2(emulator: Emulator) -> dict[str, float | None]:
 
 
 def best(answers: Mapping[str, Answer]) -> str | None:
-    """The method with the smallest verified error."""
-    verified = {m: a.verified_relative for m, a in answers.items() if a.verified_relative is not None}
+    """The method whose verification run differs least from the record, in units of the noise.
+
+    Not in shares of the peaks, which would weigh a rough force, whose noise is a tenth of its peak, as much as a
+    displacement that is known to a hundredth.
+    """
+    verified = {m: a.verified_misfit for m, a in answers.items() if a.verified_misfit is not None}
     return min(verified, key=lambda m: verified[m]) if verified else None
 
 

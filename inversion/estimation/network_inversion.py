@@ -87,7 +87,8 @@ def _strange(outside: NDArray[np.bool_], read: Mapping[str, Array]) -> str:
     lie = "lies" if len(named) == 1 else "lie"
     return (
         f"{len(named)} of the network's {many(len(outside), 'input')} {lie} outside what it was trained on ({shown}): "
-        "it extrapolates there, and its answer counts for less; use the emulator's, or widen the campaign's ranges"
+        "it extrapolates there, and its verification run alone says what its answer is worth; widen the campaign's "
+        "ranges"
     )
 
 

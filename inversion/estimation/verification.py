@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,14 +15,15 @@ from birdstrike.data.files import write_atomically
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.forward import Forward
-from birdstrike.inversion.misfit import finite, relative, rms, rmse
+from birdstrike.inversion.misfit import finite, relative, rms, rmse, whitened
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.estimates import Answer, ChannelScore
 from birdstrike.inversion.results.inversion import Inversion
 
 
 def verdict(inversion: Inversion) -> str:
-    """The verified errors side by side, the best first; in the channel's unit, and in per cent of the peaks."""
+    """The verified errors side by side, the best first; in the channel's unit, or in per cent of the peaks and over
+    noise, which decides between methods where channels differ in their noise."""
     if inversion.best is None:
         return "no verification run finished, so no answer is confirmed"
     winner = f"the {inversion.best} ({error_words(inversion.methods[inversion.best])})"
@@ -33,12 +34,13 @@ def verdict(inversion: Inversion) -> str:
 
 
 def error_words(answer: Answer) -> str:
-    """ "0.31 mm RMS, 5.4 % of the peak", "4.1 % RMS of the 3 channels' peaks", or why there is none."""
+    """ "0.31 mm RMS, 5.4 % of the peak", "4.1 % RMS of the 3 channels' peaks, 2.3 over noise", or why there is none."""
     if answer.verified_rmse is None or answer.verified_relative is None:
         return f"its run failed: {answer.failure}"
     share = 100 * answer.verified_relative
     if len(answer.channels) > 1:
-        return f"{share:.1f} % RMS of the {len(answer.channels)} channels' peaks"
+        misfit = "" if answer.verified_misfit is None else f", {answer.verified_misfit:.2g} over noise"
+        return f"{share:.1f} % RMS of the {len(answer.channels)} channels' peaks{misfit}"
     first = next(iter(answer.channels.values()))
     return f"{quantity(answer.verified_rmse, first.unit)} RMS, {share:.1f} % of the peak"
 
@@ -66,9 +68,16 @@ def verify(forward: Forward, theta: Mapping[str, float]) -> VerificationRun:
 
 
 def channel_scores(
-    verification: VerificationRun, predicted: Mapping[str, Array] | None, observations: Observations, t0: float
+    verification: VerificationRun,
+    predicted: Mapping[str, Array] | None,
+    observations: Observations,
+    t0: float,
+    allowed: Mapping[str, Array],
 ) -> dict[str, ChannelScore]:
-    """Errors of every channel; predicted: the emulator's curves at the measured instants, None where it has none."""
+    """Errors of every channel; predicted: the emulator's curves at the measured instants, None where it has none.
+
+    allowed: channel -> (n,) SI, standard deviation by which a right answer's run may differ from the record.
+    """
     scores: dict[str, ChannelScore] = {}
     for c in observations.channels:
         shifted, unshifted = (verification.at(c.name, c.times - shift) for shift in (t0, 0.0))
@@ -78,13 +87,13 @@ def channel_scores(
             verified_rmse=finite(rmse(shifted, c.values)),
             verified_relative=finite(relative(shifted, c.values)),
             verified_rmse_at_zero_offset=finite(rmse(unshifted, c.values)),
+            verified_misfit=finite(whitened(shifted, c.values, allowed[c.name])),
         )
     return scores
 
 
-def overall(scores: Mapping[str, ChannelScore]) -> float | None:
-    """Root mean square of the channels' relative errors."""
-    parts = [s.verified_relative for s in scores.values()]
+def overall(parts: Iterable[float | None]) -> float | None:
+    """Root mean square of the channels' errors; None where none is known."""
     known = [p for p in parts if p is not None]
     return rms(known) if known else None
 

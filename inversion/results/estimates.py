@@ -42,7 +42,9 @@ class ChannelScore:
     """Errors of one channel, SI `unit`.
 
     predicted_rmse: by the emulator at the method's answer; verified_rmse: by the solver, at the estimated time origin,
-    verified_relative: the same over the measured peak; verified_rmse_at_zero_offset: by the solver on its own clock.
+    verified_relative: the same over the measured peak; verified_rmse_at_zero_offset: by the solver on its own clock;
+    verified_misfit: the verified error over the noise and, where the emulator predicts the channel poorly, its error;
+    None in older files.
     """
 
     unit: str
@@ -50,6 +52,7 @@ class ChannelScore:
     verified_rmse: float | None
     verified_relative: float | None
     verified_rmse_at_zero_offset: float | None
+    verified_misfit: float | None = None
 
 
 @dataclass(frozen=True)
@@ -71,8 +74,8 @@ class Answer:
     """One method's answer.
 
     predicted_rmse, verified_rmse: of the first measured channel, SI; verified_relative: root mean square of the
-    channels' errors relative to their peaks; run: key of the verification run in the run store; failure: why it did not
-    finish.
+    channels' errors relative to their peaks; verified_misfit: of those over noise, by which methods are ranked, None in
+    older files; run: key of the verification run in the run store; failure: why it did not finish.
     """
 
     parameters: Mapping[str, Estimate]
@@ -83,3 +86,4 @@ class Answer:
     combination: Combination | None
     run: str | None
     failure: str | None
+    verified_misfit: float | None = None

@@ -45,9 +45,9 @@ AGAIN = "repeat train-and-invert"
 class Inversion(Displayed):
     """The whole result of `train_and_invert`.
 
-    methods: those that were run; best: the one with the smallest verified error; ranges: name -> limits of the search,
-    SI; runs_used: finished runs of the campaign, those of a refinement included; prior_predictive: `cloud` in the file;
-    residual: of the emulator's best fit.
+    methods: those that were run; best: the one whose verification run differs least from the record, over noise;
+    ranges: name -> limits of the search, SI; runs_used: finished runs of the campaign, those of a refinement included;
+    prior_predictive: `cloud` in the file; residual: of the emulator's best fit.
     None in older files, and where not asked for: residual, posterior, identifiability, refinement. known_errors: what
     the model's error holds besides the emulator's; shots: of several records; shot_scatter: 1 sigma, relative
     amplitude; mesh_correction: one a shot, where it was asked for: the verified errors are then those of the fine mesh.

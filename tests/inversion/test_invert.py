@@ -14,9 +14,10 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.inversion.estimation.locate import InversionOptions
-from birdstrike.inversion.estimation.verification import verdict, write_verification
-from birdstrike.inversion.invert import InversionOutcome, invert
+from birdstrike.inversion.estimation.verification import error_words, overall, verdict, write_verification
+from birdstrike.inversion.invert import InversionOutcome, best, invert
 from birdstrike.inversion.misfit import rmse
+from birdstrike.inversion.results.estimates import Answer, ChannelScore
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.surrogate.emulator import Emulator
 from tests.inversion import eroding
@@ -49,11 +50,36 @@ def test_every_answer_is_verified_by_the_forward_model(clean: InversionOutcome) 
 
 
 def test_best_is_the_better_verified_and_the_verdict_says_so(clean: InversionOutcome) -> None:
-    errors = {name: answer.verified_relative or np.inf for name, answer in clean.inversion.methods.items()}
+    errors = {name: answer.verified_misfit or np.inf for name, answer in clean.inversion.methods.items()}
     assert clean.inversion.best == min(errors, key=lambda name: errors[name])
     assert verdict(clean.inversion).startswith(f"better verified by the solver: the {clean.inversion.best} (")
     flipped = replace(clean.inversion, best=max(errors, key=lambda name: errors[name]))
     assert verdict(flipped) != verdict(clean.inversion)
+
+
+def scored(displacement: float, force: float) -> Answer:
+    """An answer that errs by these shares of the peaks; a displacement known to 1 %, a rough force to 20 %."""
+    score = {
+        "displacement": ChannelScore("m", None, displacement, displacement, None, displacement / 0.01),
+        "force": ChannelScore("N", None, force, force, None, force / 0.2),
+    }
+    relative = overall(s.verified_relative for s in score.values())
+    misfit = overall(s.verified_misfit for s in score.values())
+    return Answer({}, None, displacement, relative, score, None, None, None, misfit)
+
+
+def test_a_rough_force_does_not_decide_which_method_is_better_verified() -> None:
+    """By shares of the peaks the network was, with twice the emulator's error in a displacement known to 1 %."""
+    answers = {"network": scored(0.04, 0.28), "emulator": scored(0.02, 0.29)}
+    assert (answers["network"].verified_relative or 0.0) < (answers["emulator"].verified_relative or 0.0)
+    assert best(answers) == "emulator"
+    assert "over noise" in error_words(answers["emulator"])
+
+
+def test_a_verified_misfit_is_over_the_noise(clean: InversionOutcome) -> None:
+    for answer in clean.inversion.methods.values():
+        assert answer.verified_rmse is not None
+        assert answer.verified_misfit == pytest.approx(answer.verified_rmse / OPTIONS.noise[CHANNEL], rel=1e-9)
 
 
 def test_network_interval_is_students_from_the_held_out_samples(dataset: Dataset, emulator: Emulator) -> None:
