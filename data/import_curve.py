@@ -39,6 +39,8 @@ _EXAMPLES = {"force": ("50", "kN"), "pressure": ("10", "MPa"), "strain": ("2000"
 """Part of a sensor's name -> a number and a unit for messages."""
 MEASURED = ("m", "N", "Pa", "")
 """SI units of what the sensors of a case give."""
+STRAIN = 1.0
+"""A strain that no gauge survives: bonded foil ends at 0.2."""
 _FORCES = {"lb": "lbf", "lbs": "lbf", "t": "tf"}
 """Units of mass that a head may name for a force; all others for kilograms of force."""
 
@@ -68,6 +70,11 @@ class ImportOptions:
     per: Mapping[str, str] = field(default_factory=dict)
     rate: str = ""
     stated: Collection[str] = ()
+
+
+def strain_beyond(reached: float) -> str:
+    """What a curve without a unit is said to be where no gauge survives its largest reading; empty for a strain."""
+    return f"without a unit it is a strain, and it reaches {reached:.4g}" if reached > STRAIN else ""
 
 
 def import_record(path: str | Path, options: ImportOptions) -> Measured:

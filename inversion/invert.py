@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,13 +21,14 @@ from birdstrike.inversion.estimation.locate import (
 )
 from birdstrike.inversion.estimation.network_inversion import NetworkAnswer, network_answer
 from birdstrike.inversion.estimation.posterior import Posterior
-from birdstrike.inversion.estimation.proposal import Proposal, by_emulator, by_network, too_coarse
+from birdstrike.inversion.estimation.proposal import Proposal, by_emulator, by_network, not_identified
 from birdstrike.inversion.estimation.time_origin import clock_drift
 from birdstrike.inversion.estimation.verification import VerificationRun, channel_scores, overall, verify
 from birdstrike.inversion.forward import Forward, watched
 from birdstrike.inversion.identifiability.summary import identifiability_figures, posterior_figures
 from birdstrike.inversion.misfit import finite, rms, whitened
 from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.observations.plausibility import of_another_size
 from birdstrike.inversion.observations.prior_predictive import (
     emulator_or_model,
     prior_predictive_warning,
@@ -112,8 +113,12 @@ def invert(
     verified = verify_all(dataset, proposals, forward, lambda f: report(0.3 + 0.7 * f))
     tested = verified if "emulator" in verified else {**verified, **_run_at_the_fit(located, forward)}
     predictive = emulator_or_model(located.prior_predictive, _solver_error(located, tested), _q2(located.emulator))
-    if predictive.coarse:
-        proposals = {method: too_coarse(proposal, dataset) for method, proposal in proposals.items()}
+    if predictive.coarse and of_another_size(dataset, located.observations, choice.time_offset):
+        predictive = replace(
+            predictive, inside=False, coarse=""
+        )  # the record is at fault, whatever the emulator's error
+    if predictive != located.prior_predictive:
+        proposals = {m: not_identified(one, dataset, bool(predictive.coarse)) for m, one in proposals.items()}
         posterior = None
     answers = {method: answered(located, proposals[method], verified[method]) for method in methods}
     failed = [f"the verification run of the {m} failed: {v.failure}" for m, v in verified.items() if v.failure]

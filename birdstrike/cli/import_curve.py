@@ -29,8 +29,6 @@ READ_SO = (
 )
 """Signs of the provenance's lines on what was read in a way of its own."""
 
-STRAIN = 1.0  # a strain that no gauge survives: bonded foil ends at 0.2
-
 
 def import_curve(
     path: str | Path,
@@ -213,12 +211,12 @@ def _remarks(record: Measured) -> Iterator[str]:
 def _strains_beyond(record: Measured) -> Iterator[str]:
     """Of channels without a unit, strains, those that no gauge survives: microstrain under a head that says none."""
     from birdstrike.data.histories import largest
+    from birdstrike.data.import_curve import strain_beyond
 
     for name, values in record.channels.items():
-        reached = abs(float(largest(values)))
-        if not record.units[name] and reached > STRAIN:
+        if not record.units[name] and (beyond := strain_beyond(abs(float(largest(values))))):
             yield (
-                f"look at {name}: without a unit it is a strain, and it reaches {reached:.4g};"
+                f"look at {name}: {beyond};"
                 f" microstrain is imported with --scale {name}=1e-6, per cent with --scale {name}=0.01"
             )
 

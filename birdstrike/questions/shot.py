@@ -16,15 +16,17 @@ from birdstrike.data.errors import MeasuredError, UnitError, UserError
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
 from birdstrike.data.import_curve import (
+    STRAIN,
     ImportOptions,
     counts_samples,
     first_clock,
     import_record,
     read_export,
     stands_for,
+    strain_beyond,
 )
 from birdstrike.data.tables.loose_table import LooseTable
-from birdstrike.data.units import ACCEPTED, si_unit, to_si
+from birdstrike.data.units import ACCEPTED, factor, si_unit, to_si
 from birdstrike.questions.answers import Answers, Key, Question
 from birdstrike.questions.checks import (
     Check,
@@ -183,7 +185,7 @@ class Interview:
         found: dict[str, Column] = {}
         for name, unit in measured.units.items():
             values, noise = measured.points(name)[1], f"{name}_sigma" if name in measured.sigma else ""
-            self._column(found, name, name, unit, ready=True, downwards=_downwards(values), noise=noise)
+            self._column(found, name, name, unit, values=values, ready=True, noise=noise)
         return _some(found, measured.channels), {}, True
 
     def _columns_of_export(self, record: Path) -> tuple[dict[str, Column], dict[str, str]]:
@@ -207,8 +209,7 @@ class Interview:
                 unit, foreign = (_si(head.unit), head.foreign) if head else (None, "")
                 counter = not (head and head.unit) and counts_samples(table, i)
                 noise = _text(table, table.noises[i]) if i in table.noises else ""
-                turned = _downwards(_values(table, i))
-                self._column(found, name, "", unit, foreign, downwards=turned, counter=counter, noise=noise)
+                self._column(found, name, "", unit, foreign, values=_values(table, i), counter=counter, noise=noise)
         return _some(found, names), {**clock, "decimal": decimal}
 
     def _time(self, table: LooseTable, names: tuple[str, ...]) -> dict[str, str]:
@@ -229,16 +230,16 @@ class Interview:
         unit: str | None,
         foreign: str = "",
         *,
+        values: Array,
         ready: bool = False,
-        downwards: bool = False,
         counter: bool = False,
         noise: str = "",
     ) -> None:
         """What one column is, entered under the name of its sensor.
 
-        unit: SI, None where the head gives none; foreign: of another quantity, such as V; ready: it has its unit
-        and the name that it is to have already; downwards: its largest reading is negative; counter: it numbers the
-        rows; noise: name of the record's column with its standard deviation, if there is one.
+        unit: SI, None where the head gives none; foreign: of another quantity, such as V; values: its readings, in SI
+        where the head gives the unit; ready: it has its unit and the name that it is to have already; counter: it
+        numbers the rows; noise: name of the record's column with its standard deviation, if there is one.
         """
         place, shown = ("columns", column), f'Column "{column}"'
         likely = (
@@ -253,9 +254,12 @@ class Interview:
             own = "displacement_centre" if kind == "displacement" else kind
             free = own if own not in found else f"{kind}_{sum(c.sensor['kind'] == kind for c in found.values()) + 1}"
             name = self.ask((*place, "name"), f"{shown}: name of the sensor", free, _new_name(found))
-        given = "" if ready else self._unit(place, shown, kind, unit, foreign)
-        turned = downwards and kind == "displacement"
-        scale = "1" if ready and not turned else str(self._scale(place, shown, foreign, turned, bare=ready))
+        reached = float(np.abs(values).max(initial=0.0))
+        given = "" if ready else self._unit(place, shown, kind, unit, foreign, reached)
+        turned = kind == "displacement" and _downwards(values)
+        beyond = "" if kind != "strain" or foreign else strain_beyond(reached * float(factor(given or "m/m")))
+        asked = not ready or turned or beyond
+        scale = str(self._scale(place, shown, foreign, turned, beyond, bare=ready)) if asked else "1"
         sensor: dict[str, Any] = {"kind": kind}
         if "at" in SENSORS[kind].model_fields:
             check = of_pair(of_range(PLACE)[0])
@@ -278,29 +282,34 @@ class Interview:
         text = f"{shown}: noise, 1 sigma, if known ({RECORD}: its own)"
         return self.ask(key, text, RECORD, lambda value: value if value == RECORD else check(value))
 
-    def _unit(self, place: Key, shown: str, kind: str, unit: str | None, foreign: str) -> str:
-        """A unit where the head gives none; a factor such as 2.5 mm/V brings its own."""
+    def _unit(self, place: Key, shown: str, kind: str, unit: str | None, foreign: str, reached: float) -> str:
+        """A unit where the head gives none; a factor such as 2.5 mm/V brings its own. reached: largest reading."""
         if unit is not None or foreign:
             return ""
         wanted = KINDS_UNIT[kind]
         text = f"{shown}: unit, which its head does not give ({ACCEPTED.get(wanted) or 'um/m, %, -'})"
-        return self.ask((*place, "unit"), text, UNIT_OF_KIND[kind], _unit_of(wanted))
+        likely = "m/m" if kind == "strain" and reached <= STRAIN else UNIT_OF_KIND[kind]
+        return self.ask((*place, "unit"), text, likely, _unit_of(wanted))
 
-    def _scale(self, place: Key, shown: str, foreign: str, turned: bool, bare: bool) -> Any:
+    def _scale(self, place: Key, shown: str, foreign: str, turned: bool, beyond: str, bare: bool) -> Any:
         """What the column is multiplied by; a displacement whose largest reading is negative is turned round.
 
-        bare: the column has its unit, and is multiplied by a number alone.
+        beyond: why a strain can be none, which leaves the factor without a default; bare: the column has its unit, and
+        is multiplied by a number alone.
         """
-        what = (
-            f"it is in {foreign}: factor such as {stands_for(foreign)}"
-            if foreign
-            else "factor; -1 turns the curve round"
-        )
-        positive = "displacement is positive in the direction of the push"
+        if beyond:
+            text = f"{beyond}; factor: 1e-6 if it is microstrain, 0.01 if per cent"
+        else:
+            what = (
+                f"it is in {foreign}: factor such as {stands_for(foreign)}"
+                if foreign
+                else "factor; -1 turns the curve round"
+            )
+            text = f"{what} (displacement is positive in the direction of the push)"
         return self.ask(
             (*place, "scale"),
-            f"{shown}: {what} ({positive})",
-            None if foreign else (-1 if turned else 1),
+            f"{shown}: {text}",
+            None if foreign or beyond else (-1 if turned else 1),
             self._number_check if bare else self._factor_check,
         )
 
@@ -456,8 +465,10 @@ def _text(table: LooseTable, column: int) -> str:
 
 
 def _values(table: LooseTable, column: int) -> Array:
-    """A column's readings, gaps left out."""
-    return np.array([float(cells[column]) for _, cells in table.rows if cells[column]])
+    """A column's readings, gaps left out, in SI where its head gives the unit."""
+    unit = table.heads[column].unit if table.heads else None
+    size = 1.0 if _si(unit) is None else float(factor(unit or "m/m"))
+    return np.array([size * float(cells[column]) for _, cells in table.rows if cells[column]])
 
 
 def _downwards(values: Array) -> bool:

@@ -12,7 +12,13 @@ from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import Coordinates
-from birdstrike.inversion.estimation.estimates import COARSE, emulator_estimates, intervals, no_separate_values
+from birdstrike.inversion.estimation.estimates import (
+    COARSE,
+    OUTSIDE,
+    emulator_estimates,
+    intervals,
+    no_separate_values,
+)
 from birdstrike.inversion.estimation.network_inversion import NetworkAnswer, network_estimates
 from birdstrike.inversion.estimation.posterior import Posterior
 from birdstrike.inversion.results.estimates import Combination, Estimate
@@ -70,10 +76,16 @@ def by_network(calibration: Calibration, fit: NetworkFit, answer: NetworkAnswer)
     return Proposal(answer.theta, estimates, None)
 
 
-def too_coarse(proposal: Proposal, dataset: Dataset) -> Proposal:
-    """The same where it is the emulator that cannot follow the record, not the model: nothing is identified."""
+def not_identified(proposal: Proposal, dataset: Dataset, coarse: bool) -> Proposal:
+    """The same where nothing is identified; coarse: because the emulator cannot follow the record, not the model."""
     if proposal.combination is not None:
         return proposal
+    if not coarse:
+        unknown = {
+            name: replace(estimate, interval_95=None, identified=False, reason=OUTSIDE)
+            for name, estimate in proposal.estimates.items()
+        }
+        return replace(proposal, estimates=unknown)
     limits = dataset.ranges
     known = {
         name: replace(estimate, interval_95=limits[name], identified=False, reason=COARSE)

@@ -206,7 +206,7 @@ BEYOND = r"(?P<before>\d+) points before and (?P<after>\d+) after the simulated 
 CHANNEL = r"(?P<channel>[^:]+?)"
 Q2 = re.compile(r"(?:^|, | and )(?P<channel>.+?) \(Q2 (?P<q2>[^)]+)\)")
 IMPLAUSIBLE_RECORD = re.compile(
-    rf"^{CHANNEL} (?:lies beside the runs best|has the shape of the runs|has the opp)",
+    rf"^{CHANNEL} (?:lies beside the runs best|has the shape of the runs|has a size|has the opp)",
 )
 GRAVE = (
     Kind(re.compile(r"^no answer: (?P<reason>.*)", re.DOTALL), _no_answer),

@@ -48,6 +48,11 @@ def implausible(dataset: Dataset, observations: Observations, time_offset: float
     return tuple(text for text in (*found, *(_exchanged(dataset, *pair) for pair in pairs)) if text)
 
 
+def of_another_size(dataset: Dataset, observations: Observations, time_offset: float) -> bool:
+    """Whether a channel's size is one that no run comes near, so that no fit to the runs means anything."""
+    return any(_other_unit(_Beside.of(dataset, channel, time_offset)) for channel in observations.channels)
+
+
 def _exchanged(dataset: Dataset, one: Channel, other: Channel) -> str:
     """That two channels lie beside the runs of each other; empty where they do not."""
     if one.unit != other.unit:
@@ -159,16 +164,16 @@ def _other_sign(beside: _Beside) -> str:
 
 
 def _other_unit(beside: _Beside) -> str:
-    """That the record has the shape of a run, and a peak that no run has."""
+    """That the record has a peak that no run comes near; a small one, only where it has the shape of a run."""
     channel, alike = beside.channel, np.abs(beside.correlation[beside.allowed]).max()
     low, high = float(beside.seen.min()), float(beside.seen.max())
-    if low / FAR <= channel.peak <= FAR * high or alike <= ALIKE:
+    if low / FAR <= channel.peak <= FAR * high or (alike <= ALIKE and channel.peak < low):
         return ""
-    factor = channel.peak / float(np.median(beside.seen))
+    what = "has the shape of the runs and another size" if alike > ALIKE else "has a size that no run comes near"
     return (
-        f"{plain(channel.name)} has the shape of the runs and another size: it peaks at "
-        f"{quantity(channel.peak, channel.unit)} where they do at {_range(beside.seen, channel.unit)}, {_slip(factor)}"
-        "; import it again with the right --unit, or a --scale"
+        f"{plain(channel.name)} {what}: it peaks at {quantity(channel.peak, channel.unit)} where they do at "
+        f"{_range(beside.seen, channel.unit)}, {_slip(channel.peak / float(np.median(beside.seen)))}; import it again "
+        "with the right --unit, or a --scale; if the record is right, correct the case: its plate, bird or speed"
     )
 
 

@@ -152,6 +152,30 @@ def test_a_column_is_by_default_what_its_unit_or_its_name_says(tmp_path: Path) -
     assert shot.until == "0.7 ms", "0.39 ms of the record, and a little before its response is seen"
 
 
+def strained(head: str, reached: float) -> str:
+    """A file of a strain that rises to `reached` and falls again."""
+    return head + "".join(f"{0.02 * i:.2f},{reached * np.sin(max(0.02 * i - 1.0, 0.0)):.6g}\n" for i in range(200))
+
+
+@pytest.mark.parametrize("head", ["time [ms],strain [-]\n", "t [ms],strain [-]\n"], ids=["ready", "export"])
+def test_microstrain_below_a_head_that_says_none_is_asked_for(tmp_path: Path, head: str) -> None:
+    """2000 um/m was read as a strain of 2000."""
+    told = r"columns\.strain\.scale is missing: .*is a strain, and it reaches 20\d\d; factor: 1e-6 if it is microstrain"
+    with pytest.raises(UserError, match=told):
+        begun(tmp_path, strained(head, 2050.0))
+    found = begun(tmp_path, strained(head, 2050.0), columns={"strain": {"scale": 1e-6}})
+    assert read_measured(found.record).channels["strain"].max() == pytest.approx(2.05e-3, rel=0.01)
+    plain = begun(tmp_path, strained(head, 2.05e-3))
+    assert read_measured(plain.record).channels["strain"].max() == pytest.approx(2.05e-3, rel=0.01)
+
+
+@pytest.mark.parametrize(("reached", "unit"), [(2050.0, "um/m"), (2.05e-3, "m/m")])
+def test_a_strain_without_a_unit_is_by_default_what_its_size_says(tmp_path: Path, reached: float, unit: str) -> None:
+    found = begun(tmp_path, strained("t [ms],strain\n", reached))
+    assert found.shot.columns["strain"].unit == unit
+    assert read_measured(found.record).channels["strain"].max() == pytest.approx(2.05e-3, rel=0.01)
+
+
 def test_a_number_of_the_row_is_by_default_neither_clock_nor_sensor(tmp_path: Path) -> None:
     path = tmp_path / "dic.csv"
     path.write_text("Index [1],Time [s],Point 1 dZ [mm]\n" + "".join(f"{k},{1e-3 * k},{k % 3}\n" for k in range(9)))

@@ -52,6 +52,33 @@ def test_the_likely_cause_stands_before_what_follows_from_it(dataset: Dataset, e
     assert "the model cannot produce this curve" in second
 
 
+@pytest.mark.parametrize("factor", [1e3, 1e-3])
+def test_a_wrong_unit_is_named_before_an_emulator_that_predicts_poorly(dataset: Dataset, factor: float) -> None:
+    """Runs of scatter: their emulator is poor, and "too coarse" with "add runs" was the first warning."""
+    rng = np.random.default_rng(1)
+    scattered = {CHANNEL: dataset.curves[CHANNEL] * rng.uniform(0.5, 1.5, (len(dataset.runs), 1))}
+    poor = replace(dataset, curves=scattered, channel_units={CHANNEL: "m"})
+    options = InversionOptions(method="emulator", noise={CHANNEL: factor * SIGMA}, sampling=None, analyse=False)
+    found = invert(poor, shot(factor), forward, options).inversion
+    assert "near a thousand" in found.warnings[0]
+    assert "the model cannot produce this curve" in found.warnings[1]
+    assert not any("too coarse for this curve" in text for text in found.warnings)
+    for estimate in found.methods["emulator"].parameters.values():
+        assert not estimate.identified
+        assert "the model cannot produce the record" in estimate.reason
+    right = invert(poor, shot(1.0), forward, replace(options, noise={CHANNEL: SIGMA})).inversion
+    assert not any("another size" in text for text in right.warnings)
+
+
+def test_a_size_of_no_run_is_named_whatever_the_shape(dataset: Dataset) -> None:
+    rng = np.random.default_rng(2)
+    other = replace(shot(), channels={CHANNEL: np.cumsum(rng.normal(size=len(CLOCK)))})
+    (text,) = said(other, dataset)
+    assert "has a size that no run comes near" in text
+    assert "times larger than their middle" in text
+    assert "correct the case" in text
+
+
 def test_a_sensor_that_shows_no_response_is_named(dataset: Dataset) -> None:
     rng = np.random.default_rng(0)
     dead = replace(shot(), channels={CHANNEL: SIGMA * rng.normal(size=len(CLOCK))})
