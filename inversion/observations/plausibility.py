@@ -169,9 +169,9 @@ def _other_unit(beside: _Beside) -> str:
     low, high = float(beside.seen.min()), float(beside.seen.max())
     if low / FAR <= channel.peak <= FAR * high or (alike <= ALIKE and channel.peak < low):
         return ""
-    what = "has the shape of the runs and another size" if alike > ALIKE else "has a size that no run comes near"
+    what = " has the shape of the runs and another size" if alike > ALIKE else " has a size that no run comes near"
     return (
-        f"{plain(channel.name)} {what}: it peaks at {quantity(channel.peak, channel.unit)} where they do at "
+        f"{plain(channel.name)}{what}: it peaks at {quantity(channel.peak, channel.unit)} where they do at "
         f"{_range(beside.seen, channel.unit)}, {_slip(channel.peak / float(np.median(beside.seen)))}; import it again "
         "with the right --unit, or a --scale; if the record is right, correct the case: its plate, bird or speed"
     )

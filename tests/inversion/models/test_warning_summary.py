@@ -104,6 +104,7 @@ READ = (
     "(R-hat {",
     " lies beside the runs best",
     " has the shape of the runs",
+    " has a size",
     " has the opposite sign",
     "the emulator predicts left-out runs of ",
     " (Q2 {",
