@@ -54,8 +54,8 @@ class ImportOptions:
     sensor -> unit of the column that the factor multiplies, such as V where the factor is in mm/V; shift: text with a
     unit that is added to the clock; node: of a nodout; simulated: no instrument took this curve; decimal: mark of the
     decimals, "," or ".", where the file leaves it open; table: of a file that holds several; rate: samples a second,
-    or the time between two, where the file has no clock: "200 kHz", "5 us"; stated: sensors whose noise is stated
-    otherwise, so that a column of noise beside theirs is not read.
+    or the time between two, where the file has no clock: "200 kHz", "5 us"; encoding: of a text, "" to
+    find it; stated: sensors whose noise is stated otherwise, so that a column of noise beside theirs is not read.
     """
 
     sensors: Mapping[str, str]
@@ -70,6 +70,7 @@ class ImportOptions:
     per: Mapping[str, str] = field(default_factory=dict)
     rate: str = ""
     stated: Collection[str] = ()
+    encoding: str = ""
 
 
 def strain_beyond(reached: float) -> str:
@@ -310,13 +311,15 @@ def read_export(path: str | Path, options: ImportOptions) -> tuple[LooseTable, b
     if options.table and not may_hold_tables(path):
         raise MeasuredError(f"--table {options.table}: {path} holds a single table; leave it out")
     reader = reader_of(path, options.decimal)
+    if reader is not None and options.encoding:
+        raise MeasuredError(f"--encoding {options.encoding}: {path} is no text file; leave it out")
     if reader is not None:
         return reader(Path(path), options.table), False
     if is_nodout(path):
         return read_nodout(path, options.node), True
     if is_rcforc(path):
         return read_rcforc(path), False
-    return read_loose_table(path, options.decimal, bool(options.rate)), False
+    return read_loose_table(path, options.decimal, bool(options.rate), options.encoding), False
 
 
 def _refuse_names(sensors: Collection[str]) -> None:

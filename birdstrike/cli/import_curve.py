@@ -15,6 +15,7 @@ from birdstrike.cli.frame import Json, framed, refuse_other_picture, say
 from birdstrike.cli.next_steps import case_here, following
 from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import MeasuredError, UnitError, UserError
+from birdstrike.data.tables.loose_table import NOT_UNICODE
 
 if TYPE_CHECKING:
     from birdstrike.data.curves import Measured
@@ -26,6 +27,7 @@ READ_SO = (
     "repeat the head",
     "columns of text",
     "The clock was made",
+    NOT_UNICODE,
 )
 """Signs of the provenance's lines on what was read in a way of its own."""
 
@@ -48,6 +50,7 @@ def import_curve(
     sigma: Mapping[str, str] | None = None,
     picture: str | Path | None = None,
     rate: str = "",
+    encoding: str = "",
     beside: str | Path | Measured | None = None,
 ) -> Measured:
     """Write a file of another program as a measured-data CSV, and return the record.
@@ -55,8 +58,9 @@ def import_curve(
     sensors: name in the case -> column ("" to find it); scales: sensor -> factor, or text as --scale takes it, such as
     "2.5 mm/V"; zero: the mean before the response is subtracted; sigma: sensor
     -> its noise with a unit, or "record" for the record's own; picture: a PNG, PDF or SVG of the record and how it is
-    read; rate: of the samples, where the file has no clock, such as "200 kHz"; beside: a record of the same shot, whose
-    channels are taken along; the others as in data.import_curve. Raises UserError.
+    read; rate: of the samples, where the file has no clock, such as "200 kHz"; encoding: of a text that is not
+    UTF-8, "" to find it; beside: a record of the same shot, whose channels are taken along; the others as in
+    data.import_curve. Raises UserError.
     """
     from birdstrike.data.curves import as_measured, on_one_clock, write_measured
     from birdstrike.data.import_curve import ImportOptions, import_record
@@ -79,6 +83,7 @@ def import_curve(
         per=taken | dict(per or {}),
         rate=rate,
         stated=tuple(sigma or ()),
+        encoding=encoding,
     )
     record = import_record(path, options)
     if zero:
@@ -142,6 +147,9 @@ def command(
     decimal: Annotated[
         str, typer.Option(metavar=", or .", help="Mark of decimals, where the file leaves it open.")
     ] = "",
+    encoding: Annotated[
+        str, typer.Option(metavar="NAME", help="Of a text that is not UTF-8, such as gb18030 or shift_jis.")
+    ] = "",
     table: Annotated[
         str, typer.Option(metavar="NAME", help="Group, sheet, struct or branch of a file with several.")
     ] = "",
@@ -176,6 +184,7 @@ def command(
         sigma=_of_sensors("--sigma", sigma, columns),
         picture=picture,
         rate=rate,
+        encoding=encoding,
         beside=beside,
     )
     for name in record.channels:

@@ -262,6 +262,7 @@ def _imported(begun: Begun, shift: float) -> None:
         shift=text if shift else "",
         simulated=shot.simulated,
         decimal=shot.decimal,
+        encoding=shot.encoding,
     )
 
 

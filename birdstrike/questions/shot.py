@@ -25,7 +25,7 @@ from birdstrike.data.import_curve import (
     stands_for,
     strain_beyond,
 )
-from birdstrike.data.tables.loose_table import LooseTable
+from birdstrike.data.tables.loose_table import NOT_UNICODE, LooseTable
 from birdstrike.data.units import ACCEPTED, factor, si_unit, to_si
 from birdstrike.questions.answers import Answers, Key, Question
 from birdstrike.questions.checks import (
@@ -48,7 +48,7 @@ from birdstrike.solver.sensors.sensor import PLACE
 from birdstrike.solver.sensors.strain import DIRECTION
 from birdstrike.solver.target.supports import NAMED
 
-LEAVE, RECORD = "leave", "record"
+LEAVE, RECORD, FOUND = "leave", "record", "found"
 KIND_OF_UNIT = {"m": "displacement", "": "strain", "N": "reaction_force", "Pa": "pressure"}
 """SI unit of a column -> what it most likely is."""
 
@@ -97,8 +97,8 @@ class Shot:
 
     values: dotted case key -> what the case file says; columns: sensor -> column of the file; contact: time of first
     contact on the record's clock, or "unknown"; sigma: its standard deviation, "" where both share a trigger; until:
-    how much of the response is used; time, time_unit, decimal: of an export, as `birdstrike import` takes them;
-    measured: whether the file is a measured-data CSV already.
+    how much of the response is used; time, time_unit, decimal, encoding: of an export, as
+    `birdstrike import` takes them; measured: whether the file is a measured-data CSV already.
     """
 
     record: Path
@@ -112,6 +112,7 @@ class Shot:
     time: str = ""
     time_unit: str = ""
     decimal: str = ""
+    encoding: str = ""
     simulated: bool = False
     measured: bool = False
 
@@ -177,7 +178,7 @@ class Interview:
         )  # fmt: skip
 
     def _columns(self, record: Path) -> tuple[dict[str, Column], dict[str, str], bool]:
-        """Sensor -> column; the clock's column, unit and decimals; whether the file is a measured-data CSV already."""
+        """Sensor -> column; how clock and file are read; whether the file is a measured-data CSV already."""
         try:
             measured = read_measured(record)
         except (MeasuredError, UnitError):
@@ -192,13 +193,16 @@ class Interview:
         """The same of an export, read as `birdstrike import` reads it."""
         decimal = ""
         try:
-            table = _table(record, "")
+            table = _table(record)
         except MeasuredError as error:
             if "--decimal" not in str(error):
                 raise
             text = "Mark of decimals, which the file leaves open"
             decimal = self.choice(("record", "decimal"), text, ".", ".", ",")
             table = _table(record, decimal)
+        encoding = self._encoding(record, decimal, table)
+        if encoding:
+            table = _table(record, decimal, encoding)
         names = _names(table)
         self.answers.rename("columns", {_text(table, i): name for i, name in enumerate(names)})
         clock = self._time(table, names)
@@ -210,7 +214,22 @@ class Interview:
                 counter = not (head and head.unit) and counts_samples(table, i)
                 noise = _text(table, table.noises[i]) if i in table.noises else ""
                 self._column(found, name, "", unit, foreign, values=_values(table, i), counter=counter, noise=noise)
-        return _some(found, names), {**clock, "decimal": decimal}
+        return _some(found, names), {**clock, "decimal": decimal, "encoding": encoding}
+
+    def _encoding(self, record: Path, decimal: str, table: LooseTable) -> str:
+        """The encoding of a text whose own could only be guessed, "" where that is right or sure."""
+        guessed = next((remark for remark in table.remarks if NOT_UNICODE in remark), "")
+        if not guessed:
+            return ""
+
+        def check(value: Any) -> str:
+            if value != FOUND:
+                _table(record, decimal, str(value))
+            return str(value)
+
+        text = f"{guessed.partition(';')[0]} (columns {', '.join(table.names)}): its encoding ({FOUND}: as it was read)"
+        given = self.ask(("record", "encoding"), f"Record: {text}", FOUND, check)
+        return "" if given == FOUND else given
 
     def _time(self, table: LooseTable, names: tuple[str, ...]) -> dict[str, str]:
         """The clock's column and, where its head gives none, its unit."""
@@ -423,20 +442,21 @@ def _record(record: Path, columns: Mapping[str, Column], clock: Mapping[str, str
     """The chosen columns as they stand in the file, in whatever unit: only their shape is looked at."""
     if ready:
         return read_measured(record).only(tuple(columns))
-    table = _table(record, clock.get("decimal", ""))
+    decimal, encoding = clock.get("decimal", ""), clock.get("encoding", "")
+    table = _table(record, decimal, encoding)
     heads = {name: table.heads[table.index(column.name)] for name, column in columns.items()} if table.heads else {}
     per = {name: head.foreign for name, head in heads.items() if head.foreign}
     needed = [name for name in columns if name in per or name not in heads or heads[name].unit is None]
     units = {name: columns[name].unit or UNIT_OF_KIND[columns[name].sensor["kind"]] for name in needed}
     units |= {"time": clock["time_unit"]} if clock["time_unit"] else {}
     sensors = {name: column.name for name, column in columns.items()}
-    options = ImportOptions(sensors, clock["time"], units, decimal=clock.get("decimal", ""), per=per)
+    options = ImportOptions(sensors, clock["time"], units, decimal=decimal, per=per, encoding=encoding)
     return import_record(record, options)
 
 
-def _table(record: Path, decimal: str) -> LooseTable:
+def _table(record: Path, decimal: str = "", encoding: str = "") -> LooseTable:
     """The table in the file, as `birdstrike import` reads it."""
-    return read_export(record, ImportOptions({}, decimal=decimal))[0]
+    return read_export(record, ImportOptions({}, decimal=decimal, encoding=encoding))[0]
 
 
 def _some(found: dict[str, Column], names: Any) -> dict[str, Column]:
@@ -503,7 +523,7 @@ def _readable(value: Any) -> str:
         read_measured(path)
     except UserError:
         try:
-            _table(path, "")
+            _table(path)
         except MeasuredError as error:
             if "--decimal" not in str(error):
                 raise UserError([f"cannot be read: {line}" for line in error.errors]) from error

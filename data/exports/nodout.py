@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from birdstrike.data.errors import MeasuredError
-from birdstrike.data.tables.loose_table import Head, LooseTable, number_text, text_lines
+from birdstrike.data.tables.loose_table import Head, LooseTable, number_text
+from birdstrike.data.tables.text_file import text_lines
 
 TITLE = "n o d a l   p r i n t   o u t"
 _TIME = re.compile(r"\(\s*at time\s*(\S+)\s*\)")

@@ -9,7 +9,8 @@ import numpy as np
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import NamedColumn, table_of
-from birdstrike.data.tables.loose_table import LooseTable, number_text, text_lines
+from birdstrike.data.tables.loose_table import LooseTable, number_text
+from birdstrike.data.tables.text_file import text_lines
 
 SIDES = {"slave": "slave", "master": "master", "surfa": "slave", "surfb": "master"}
 """Side of a contact, as older and newer versions call it -> as a column is called."""

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.tables.csv_table import cells_of
+from birdstrike.data.tables.text_file import decoded_lines
 from birdstrike.data.units import factor, is_ratio, si_unit
 
 DELIMITERS = (";", "\t", "|", ",", " ")
@@ -37,6 +38,9 @@ _ANOTHER = "; where a second table begins, put each into a file of its own"
 MOST_BESIDE = 30
 """First rows of a table, beside which an instrument's settings may stand."""
 
+NOT_UNICODE = "is not UTF-8"
+"""In the remark on an encoding that was guessed."""
+
 GAPS = frozenset(
     """nan n/a na #n/a #na null none nil - -- --- inf +inf -inf infinity -infinity ovl +ovl -ovl ovld over over!
     overload overflow ovrflw overrange over-range clip clipped invalid missing #num! #value! #div/0! bad
@@ -49,9 +53,6 @@ _NO_NUMBER = re.compile(r"[*?#]{2,}|-{3,}|-+\.-+|[+-]?\d\.#[A-Za-z]+\d*|[<>]\s*[
 or lies beyond the range."""
 NO_READING = 1e29
 """Size beyond which a number stands for none: instruments write 1E+30, SCPI 9.91E+37 and 9.9E+37 beyond the range."""
-_MINUS = re.compile(r"[\u2212\u2012\u2013](?=[\d.])")
-"""A minus sign as typesetting programs write it."""
-
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3}|[+-]\d{3})?")
 _FACTOR = re.compile(r"\s*\d+(?:\.\d*)?[eE][+-]?\d+\s*\*\s*")
 _IN_BRACKETS = re.compile(r"\s*[\[(][^\])]*[\])]\s*$")
@@ -153,32 +154,6 @@ def _plain(name: str) -> str:
     return " ".join(name.lower().split())
 
 
-def text_lines(path: Path) -> list[str]:
-    """Lines of a text file in UTF-8, UTF-16 or the Latin-1 of older instruments; raises MeasuredError without text."""
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise MeasuredError(f"{path} cannot be read: {error.strerror}") from error
-    for encoding in (_utf_16(content), "utf-8-sig", "latin-1"):
-        try:
-            text = content.decode(encoding) if encoding else "\0"
-        except UnicodeDecodeError:
-            continue
-        if "\0" not in text:
-            return _MINUS.sub("-", text).splitlines()
-    raise MeasuredError(f"{path} is no text file; export the curve as text first")
-
-
-def _utf_16(content: bytes) -> str:
-    """The kind of UTF-16 by its mark, or by every second byte of the beginning being 0; empty for another encoding."""
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "utf-16"
-    start = content[:200]
-    if len(start) < 4 or len(start) % 2:
-        return ""
-    return {(True, False): "utf-16-be", (False, True): "utf-16-le"}.get((not any(start[::2]), not any(start[1::2])), "")
-
-
 _OF_A_CASE = re.compile(r"(displacement|strain|contact_force|reaction_force|pressure)(_[A-Za-z0-9_]+)?")
 """Names of columns that are those of a case's sensors already."""
 
@@ -202,15 +177,23 @@ def import_line(path: Path) -> str:
     return f"birdstrike import {shlex.quote(str(path))} {options} --out {shlex.quote(f'{path.stem}_si.csv')}"
 
 
-def read_loose_table(path: str | Path, decimal: str = "", single: bool = False) -> LooseTable:
+def read_loose_table(path: str | Path, decimal: str = "", single: bool = False, encoding: str = "") -> LooseTable:
     """The table in a text file; raises MeasuredError with the line of everything that is no number.
 
     The table begins with the first two lines in a row that hold equally many numbers, at least two; the delimiter is
     the first of ; tab | , and blank by which they do. The lines above it may name the columns and their units, those
     behind it hold no row of numbers. What a logger writes where it has no reading (NaN, OVL, -) is a gap. decimal: ","
-    or "." where the numbers leave it open; single: whether a file of one column will do.
+    or "." where the numbers leave it open; single: whether a file of one column will do;
+    encoding: of the text, "" to find it.
     """
-    return table_of_lines(Path(path), text_lines(Path(path)), decimal, single)
+    lines, guessed = decoded_lines(Path(path), encoding)
+    table = table_of_lines(Path(path), lines, decimal, single)
+    if not guessed or all(head.text.isascii() for head in table.heads):
+        return table
+    remark = (
+        f"the file {NOT_UNICODE} and was read as {guessed}; if names look wrong, state its encoding: --encoding NAME"
+    )
+    return replace(table, remarks=(*table.remarks, remark))
 
 
 def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: bool = False) -> LooseTable:

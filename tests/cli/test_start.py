@@ -152,6 +152,18 @@ def test_a_column_is_by_default_what_its_unit_or_its_name_says(tmp_path: Path) -
     assert shot.until == "0.7 ms", "0.39 ms of the record, and a little before its response is seen"
 
 
+def test_an_encoding_that_was_guessed_may_be_stated(tmp_path: Path) -> None:
+    """Traditional characters in Big5, which is taken for another encoding."""
+    rows = "".join(f"{0.02 * i:.2f},{5.0 * np.sin(max(0.02 * i - 1.0, 0.0)):.4f}\n" for i in range(200))
+    (tmp_path / "ready.csv").write_text(f"時間(ms),中心位移量(mm)\n{rows}", encoding="big5")
+    found = begin(Answers({"record": {"file": "ready.csv", "encoding": "big5"}}), None, lambda _: None)
+    assert found.shot.columns["displacement_centre"].name == "中心位移量"
+    _imported(found, 0.0)
+    assert '"中心位移量"' in " ".join(read_measured(found.record).provenance)
+    with pytest.raises(UserError, match=r'record\.encoding = "klingon" .*is no encoding that is known'):
+        begin(Answers({"record": {"file": "ready.csv", "encoding": "klingon"}}), None, lambda _: None)
+
+
 def strained(head: str, reached: float) -> str:
     """A file of a strain that rises to `reached` and falls again."""
     return head + "".join(f"{0.02 * i:.2f},{reached * np.sin(max(0.02 * i - 1.0, 0.0)):.6g}\n" for i in range(200))

@@ -41,6 +41,53 @@ def nodout(times: Iterable[float], nodes: Sequence[int], z: float = -1.25e-3, ro
     return text
 
 
+CHINESE = "编号,撞击03\n时间(ms),中心位移(mm),背面应变(με)\n"
+JAPANESE = "試験,衝突03\n時間(ms),変位(mm),ひずみ(μm/m)\n"
+GERMAN = "Prüfung,Größe 3\nZeit (ms),Weg Rückseite – Mitte (mm),Dehnung (µm/m)\n"
+ROWS = "".join(f"{0.1 * i:.1f},{0.01 * i:.2f},{i}\n" for i in range(12))
+
+
+@pytest.mark.parametrize(
+    ("head", "encoding", "column", "said"),
+    [
+        (CHINESE, "gbk", "中心位移", "GBK (Chinese)"),
+        (JAPANESE, "shift_jis", "変位", "Shift-JIS (Japanese)"),
+        (GERMAN, "cp1252", "Weg Rückseite – Mitte", "Windows-1252"),
+        ("Temps (ms),Déplacement créé (mm),Effort cadré (µm/m)\n", "latin-1", "Déplacement créé", "Windows-1252"),
+    ],
+)
+def test_an_encoding_that_is_guessed_is_said(tmp_path: Path, head: str, encoding: str, column: str, said: str) -> None:
+    """Chinese heads were read as Latin-1 without a word."""
+    names = {"displacement_centre": column, "strain": "3"}
+    found = imported(tmp_path / "a.csv", head + ROWS, ImportOptions(names), encoding)
+    assert f'"{column}"' in " ".join(found.provenance)
+    assert any(f"is not UTF-8 and was read as {said}" in line for line in found.provenance)
+    assert found.channels["strain"][-1] == pytest.approx(11e-6)
+    stated = imported(tmp_path / "a.csv", head + ROWS, ImportOptions(names, encoding=encoding), encoding)
+    assert not any("UTF-8" in line for line in stated.provenance)
+    sure = imported(tmp_path / "a.csv", head + ROWS, ImportOptions(names), "utf-8")
+    assert not any("UTF-8" in line for line in sure.provenance)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "words"),
+    [
+        ("klingon", "--encoding klingon is no encoding that is known; write one such as utf-8"),
+        ("utf-8", "line 1: its bytes are no text in --encoding utf-8; leave the option out, or state another"),
+    ],
+)
+def test_an_encoding_that_cannot_be_is_refused(tmp_path: Path, encoding: str, words: str) -> None:
+    options = ImportOptions({"displacement_centre": "2"}, encoding=encoding)
+    with pytest.raises(MeasuredError, match=words):
+        imported(tmp_path / "a.csv", CHINESE + ROWS, options, "gbk")
+
+
+def test_an_encoding_of_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.mat").write_bytes(b"")
+    with pytest.raises(MeasuredError, match=r"--encoding gbk: .*a\.mat is no text file; leave it out"):
+        import_record(tmp_path / "a.mat", ImportOptions(CENTRE, encoding="gbk"))
+
+
 def test_nodout_gives_the_component_of_the_node(tmp_path: Path) -> None:
     times = np.array([0.0, 0.1, 0.2, 0.3])
     turned = {"displacement_centre": -1.0}
