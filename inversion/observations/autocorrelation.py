@@ -108,7 +108,8 @@ class Autocorrelation:
         if not rho[1] * np.sqrt(n) >= CORRELATED:
             return cls()
         largest = _largest(n, fitted)
-        first = min(float(rho[1] + (fitted + (fitted + 3.0) * rho[1]) / n), largest)
+        bias = (fitted + (fitted + 3.0) * rho[1]) / n  # Marriott and Pope, Biometrika 41 (1954) 390, of a mean
+        first = max(float(rho[1]), min(float(rho[1] + bias), largest))
         if is_first_order(residual, first):
             return cls(first, first, (1.0 + first**2) / (1.0 - first**2))
         positive = _positive(rho, fitted, largest)
@@ -125,6 +126,12 @@ class Autocorrelation:
         return -step / float(np.log(self.r)) if self.r else 0.0
 
 
+def counting_points(points: int, fitted: int, correlation: Autocorrelation) -> float:
+    """The points that count in the variance about a fit: of correlated noise a fitted term takes more than one."""
+    taken = fitted * correlation.of_mean
+    return points - (min(taken, FITTED_SHARE * points) if correlation.r else taken)
+
+
 def is_first_order(residual: Array, r: float) -> bool:
     """Whether x_i - r x_{i-1} of a residual x (n,) is white (Ljung and Box, Biometrika 65 (1978) 297, at 5 %).
 
@@ -138,7 +145,7 @@ def is_first_order(residual: Array, r: float) -> bool:
 
 
 def _largest(n: int, fitted: int) -> float:
-    """The largest r that n readings can show: the fitted terms then take half of what they are worth."""
+    """The largest r that a correction may give: the fitted terms then take half of what n readings are worth."""
     of_mean = max(FITTED_SHARE * n / max(fitted, 1), 1.0)
     return (of_mean - 1.0) / (of_mean + 1.0)
 

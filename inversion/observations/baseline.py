@@ -9,12 +9,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import f as f_distribution
+from scipy.stats import t as student
 
 from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
+from birdstrike.inversion.observations.autocorrelation import Autocorrelation, counting_points, density_freedom
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
+LINE, WITH_HUM = 2, 4  # terms, each a degree of freedom, of the straight line before contact, and with the mains' hum
 CLEAR = 4.0  # standard deviations from which a term is there
+VAIN = 1e-3  # of the records of correlated noise in which a term may be as large by chance
+WELL_KNOWN = 1e9  # degrees of freedom
 SEEN = 2.0  # standard deviations from which a bend counts as possible
 MAINS = (50.0, 60.0)  # [Hz]
 WHOLE_PERIODS = 0.8  # of the mains that the record before contact must span for its hum to be fitted
@@ -90,21 +96,45 @@ def hum_of(times: Array, values: Array) -> float:
     """Frequency of the mains hum in the record before contact [Hz]; 0 where there is none, or it is too short.
 
     The frequencies compete also where only the higher is spanned, which must then be clearly better: a hum of 50 Hz
-    would pass for one of 60 Hz.
+    would pass for one of 60 Hz. It must also be clear beside the noise that is left, whose spectrum may rise there.
     """
     spanned = {f: float(np.ptp(times)) * f >= WHOLE_PERIODS for f in MAINS}
     if not any(spanned.values()):
         return 0.0
-    line, found = _left(times, values, 0.0), {f: _left(times, values, f) for f in MAINS}
+    line, found = _squares(_left(times, values, 0.0)), {f: _squares(_left(times, values, f)) for f in MAINS}
     best, other = sorted(MAINS, key=lambda f: found[f])
     clear = spanned[other] or found[other] - found[best] > CLEAR**2 * found[best] / len(times)
-    return best if spanned[best] and clear and found[best] < (1.0 - EXPLAINED) * line else 0.0
+    explained = spanned[best] and clear and found[best] < (1.0 - EXPLAINED) * line
+    return best if explained and _beside_noise(times, values, best, line - found[best]) else 0.0
 
 
-def _left(times: Array, values: Array, frequency: float) -> float:
-    """Sum of squares about offset, drift and hum."""
-    rows = terms(times, 4 if frequency else 2, frequency, float(times.mean()))
-    residual = values - rows @ np.linalg.lstsq(rows, values, rcond=None)[0]
+def best_hum(times: Array, values: Array) -> float:
+    """Frequency of the mains whose hum leaves least of the readings [Hz]."""
+    return min(MAINS, key=lambda f: _squares(_left(times, values, f)))
+
+
+def _beside_noise(times: Array, values: Array, frequency: float, gain: float) -> bool:
+    """Whether a hum takes more from the sum of squares than noise of the spectrum that is left does (F-test).
+
+    S(f) = sigma^2 (1 - r^2) / (1 - 2 r cos(2 pi f dt) + r^2) of a first-order process; two terms of a hum take 2 S.
+    """
+    residual = _left(times, values, frequency)
+    if not residual.any():
+        return True
+    noise, n = Autocorrelation.of(residual, WITH_HUM), len(times)
+    phase = 2.0 * np.pi * frequency * float(np.median(np.diff(times)))
+    shape = (1.0 - noise.r**2) / (1.0 - 2.0 * noise.r * np.cos(phase) + noise.r**2)
+    density = shape * _squares(residual) / counting_points(n, WITH_HUM, noise)
+    return gain > 2.0 * density * float(f_distribution.isf(VAIN, 2, density_freedom(n, noise.of_mean)))
+
+
+def _left(times: Array, values: Array, frequency: float) -> Array:
+    """(n,) readings about offset, drift and hum."""
+    rows = terms(times, WITH_HUM if frequency else LINE, frequency, float(times.mean()))
+    return values - rows @ np.linalg.lstsq(rows, values, rcond=None)[0]
+
+
+def _squares(residual: Array) -> float:
     return float(residual @ residual)
 
 
@@ -121,13 +151,16 @@ def constant_baseline(times: Array, reading: float, rounding: float) -> Baseline
     )
 
 
-def baseline_of(times: Array, values: Array, worth: float, hum: float, rounding: float = 0.0) -> Baseline | None:
+def baseline_of(
+    times: Array, values: Array, worth: float, hum: float, rounding: float = 0.0, freedom: float = np.inf
+) -> Baseline | None:
     """The baseline of a record before contact, None where nothing but noise shows.
 
     times, values: (n,) before contact; worth: variance of the noise, times n over the number of independent points, SI;
     hum: frequency of the mains [Hz], 0 without; rounding: standard deviation of a digitiser's rounding that the noise
-    does not average out, SI.
+    does not average out, SI; freedom: degrees of freedom behind `worth` where it is that of correlated noise.
     """
+    limit = max(CLEAR, float(student.isf(VAIN / 2.0, min(freedom, WELL_KNOWN))))
     for count in (4, 2, 1) if hum else (2, 1):
         middle = float(times.mean())
         rows = terms(times, count, hum if count == 4 else 0.0, middle)
@@ -135,7 +168,7 @@ def baseline_of(times: Array, values: Array, worth: float, hum: float, rounding:
         found = inverse @ rows.T @ values
         size = np.abs(found) / np.sqrt(worth * np.diag(inverse))
         bend, clear = _bend(times, values, worth) if count == 2 else (0.0, 0.0)
-        if max(size[count // 2 :].max(), clear) > CLEAR:
+        if max(size[count // 2 :].max(), clear) > limit:
             kind = {1: SHIFTED, 2: DRIFTED, 4: f"offset and hum of {hum:g} Hz"}[count]
             bend = float(np.hypot(found[1] * BEND, bend)) if count == 2 else 0.0
             frequency = hum if count == 4 else 0.0

@@ -11,18 +11,36 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2, median_abs_deviation
 from scipy.stats import f as f_distribution
+from scipy.stats import t as student
 
 from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.misfit import rms
-from birdstrike.inversion.observations.autocorrelation import FITTED_SHARE, WHITE, Autocorrelation
-from birdstrike.inversion.observations.baseline import Baseline, baseline_of, constant_baseline, hum_of, terms
+from birdstrike.inversion.observations.autocorrelation import (
+    WHITE,
+    Autocorrelation,
+    counting_points,
+    density_freedom,
+)
+from birdstrike.inversion.observations.baseline import (
+    LINE,
+    VAIN,
+    WITH_HUM,
+    Baseline,
+    baseline_of,
+    best_hum,
+    constant_baseline,
+    hum_of,
+    terms,
+)
 from birdstrike.inversion.observations.high_frequency import ROUNDED, digitiser_step
 
 FEWEST_FOR_LEVEL = 8  # points before contact from which a noise level is taken where none is stated
 FEWEST_FOR_TEST = 20  # points before contact that can overrule a stated level, or show a correlation
 REJECT = 0.05  # level of the test of a stated noise against the record before contact
-LINE, WITH_HUM = 2, 4  # terms, each a degree of freedom, of the straight line before contact, and with the mains' hum
+CUBIC = 4  # terms
+LEAST_BENT = 0.25  # of a period of the mains
+UNEXPLAINED = 0.01  # of the bends by a hum, that are taken for a motion
 SPIKE = 8.0  # robust standard deviations about the straight line before contact
 ROUNDING = 1e-12  # of the largest value: less is the rounding of the line, not noise
 DIGITISER = "digitiser's step"  # source of a noise that is mostly rounding
@@ -84,8 +102,9 @@ class BeforeContact:
 
     offset: mean reading, which should be 0; level: standard deviation about the line, None where the points are too few
     or all on the line; values: the readings without single spikes; hum: frequency of the mains in them [Hz], 0 without;
-    moves: True where the record is not at rest, so that its clock is ahead of the case's: it then gives no noise;
-    fitted: terms of the baseline that the residual is about, 2 of a line, 4 with a hum; correlation: of the residual;
+    bent: frequency of a hum too short to be carried on [Hz], 0 without; moves_until: last instant [s] of a record that
+    is not at rest, so that its clock is ahead of the case's: the others are then of its first half, about a cubic;
+    fitted: terms that the residual is about, 2 of a line, 4 with a hum; correlation: of the residual;
     rounding: standard deviation of a digitiser's rounding that the mean does not average out, SI.
     """
 
@@ -95,7 +114,8 @@ class BeforeContact:
     level: float | None
     values: Array = field(default_factory=lambda: np.zeros(0))
     hum: float = 0.0
-    moves: bool = False
+    bent: float = 0.0
+    moves_until: float | None = None
     fitted: int = LINE
     correlation: Autocorrelation = WHITE
     rounding: float = 0.0
@@ -114,22 +134,19 @@ class BeforeContact:
         hum = hum_of(times, values)
         rows = terms(times, WITH_HUM if hum else LINE, hum, float(times.mean()))
         found = np.linalg.lstsq(rows, values, rcond=None)[0]
-        residual = values - rows @ found
-        if _runs_off(rows, residual, float(found[1]), length, peak) or _moves(times, residual, peak):
-            return cls(
-                times=times,
-                residual=residual,
-                offset=0.0,
-                level=None,
-                values=values,
-                hum=hum,
-                moves=True,
-                fitted=rows.shape[1],
-            )
+        residual, bent = values - rows @ found, 0.0
+        if _runs_off(rows, times, residual, float(found[1]), length, peak) or _moves(times, residual, peak):
+            bent = 0.0 if hum else _bent_by_mains(times, values, peak)
+            if not bent:
+                return cls._moving(times, values)
+            rows = terms(times, WITH_HUM, bent, float(times.mean()))
+            residual = values - rows @ np.linalg.lstsq(rows, values, rcond=None)[0]
         noisy = float(np.std(residual)) > ROUNDING * peak
         correlation = Autocorrelation.of(residual, rows.shape[1]) if noisy and len(times) >= FEWEST_FOR_TEST else WHITE
         level = (
-            float(np.sqrt(residual @ residual / _counting(len(times), rows.shape[1], correlation))) if noisy else None
+            float(np.sqrt(residual @ residual / counting_points(len(times), rows.shape[1], correlation)))
+            if noisy
+            else None
         )
         return cls(
             times=times,
@@ -138,15 +155,42 @@ class BeforeContact:
             level=level,
             values=values,
             hum=hum,
+            bent=bent,
             fitted=rows.shape[1],
             correlation=correlation,
             rounding=_rounding_of_mean(values, level or 0.0, step),
         )
 
+    @classmethod
+    def _moving(cls, times: Array, values: Array) -> BeforeContact:
+        """Of a record that is not at rest: noise from its first half, if that is correlated.
+
+        White noise shows between neighbouring points of the response, of which no motion is a part.
+        """
+        half = _first_half(times)
+        variance, correlation = (
+            _about_cubic(times[half], values[half]) if len(half) >= FEWEST_FOR_TEST else (0.0, WHITE)
+        )
+        return cls(
+            times=times[half],
+            residual=values[half],
+            offset=0.0,
+            level=float(np.sqrt(variance)) if correlation.r else None,
+            values=values[half],
+            moves_until=float(times[-1]),
+            fitted=CUBIC,
+            correlation=correlation,
+        )
+
+    @property
+    def moves(self) -> bool:
+        """Whether the record is not at rest."""
+        return self.moves_until is not None
+
     @property
     def freedom(self) -> float:
         """Degrees of freedom of the level: points less the terms fitted to them, fewer where they are correlated."""
-        return _counting(len(self.times), self.fitted, self.correlation) / self.correlation.of_variance
+        return counting_points(len(self.times), self.fitted, self.correlation) / self.correlation.of_variance
 
     @property
     def tests(self) -> bool:
@@ -158,10 +202,11 @@ class BeforeContact:
         """The reading at rest, None where it is zero or the points are too few."""
         if self.constant:
             return constant_baseline(self.times, float(self.values[0]), self.rounding)
-        if not self.tests or self.level is None:
+        if not self.tests or self.level is None or self.moves or self.bent:
             return None
         worth = self.level**2 * self.correlation.of_mean
-        return baseline_of(self.times, self.values, worth, self.hum, self.rounding)
+        freedom = density_freedom(len(self.times), self.correlation.of_mean) if self.correlation.r else np.inf
+        return baseline_of(self.times, self.values, worth, self.hum, self.rounding, freedom)
 
     @property
     def constant(self) -> bool:
@@ -172,12 +217,6 @@ class BeforeContact:
     def beyond_noise(self) -> bool:
         """Whether the mean reading is not 0, and by more than the noise."""
         return self.constant or (self.tests and abs(self.offset) > (self.level or 0.0))
-
-
-def _counting(points: int, fitted: int, correlation: Autocorrelation) -> float:
-    """The points that count in the variance about a fit: of correlated noise a fitted term takes more than one."""
-    taken = fitted * correlation.of_mean
-    return points - (min(taken, FITTED_SHARE * points) if correlation.r else taken)
 
 
 def _rounding_of_mean(values: Array, level: float, step: float) -> float:
@@ -193,30 +232,76 @@ def _rounding_of_mean(values: Array, level: float, step: float) -> float:
     return float(step / ROUNDED * np.exp(-2.0 * np.pi**2 * own))
 
 
-def _runs_off(rows: Array, residual: Array, slope: float, length: float, peak: float) -> bool:
+def _runs_off(rows: Array, times: Array, residual: Array, slope: float, length: float, peak: float) -> bool:
     """Whether a clear drift would carry the record off by a third of its peak."""
     if len(rows) < FEWEST_FOR_TEST or abs(slope) * length <= RUNS_OFF * peak:
         return False
-    spread = float(np.sqrt(np.mean(residual**2) * np.linalg.inv(rows.T @ rows)[1, 1]))
-    return abs(slope) > SPIKE * spread
+    noise, limit = _density(times, residual)
+    return abs(slope) > limit * float(np.sqrt(noise * np.linalg.inv(rows.T @ rows)[1, 1]))
 
 
 def _moves(times: Array, residual: Array, peak: float) -> bool:
     """Whether the record leaves, in its last quarter before contact, the straight line through its first half.
 
-    By more than 2 % of the peak and than the scatter about that line explains: then it is the response that begins.
+    By more than 2 % of the peak and than the noise of that half explains: then it is the response that begins.
     """
     if len(residual) < FEWEST_FOR_TEST:
         return False
-    half, quarter = np.array_split(np.arange(len(times)), 2)[0], np.array_split(np.arange(len(times)), 4)[-1]
+    half, quarter = _first_half(times), np.array_split(np.arange(len(times)), 4)[-1]
     rows = terms(times, LINE, 0.0, float(times[half].mean()))
     inverse = np.linalg.inv(rows[half].T @ rows[half])
     found = inverse @ rows[half].T @ residual[half]
-    scatter = float(np.std(residual[half] - rows[half] @ found))
     ahead = rows[quarter].mean(axis=0)
-    spread = scatter * np.sqrt(ahead @ inverse @ ahead + 1.0 / len(quarter))
+    noise, limit = _density(times[half], residual[half])
+    spread = np.sqrt(noise * (ahead @ inverse @ ahead + 1.0 / len(quarter)))
     apart = abs(float(residual[quarter].mean() - ahead @ found))
-    return apart > max(MOVES * peak, SPIKE * spread)
+    return apart > max(MOVES * peak, limit * spread)
+
+
+def _first_half(times: Array) -> NDArray[np.intp]:
+    return np.array_split(np.arange(len(times)), 2)[0]
+
+
+def _about_cubic(times: Array, values: Array) -> tuple[float, Autocorrelation]:
+    """Variance and correlation of what a cubic leaves of readings (n,), SI: noise, where a motion begins smoothly."""
+    rows = np.polynomial.legendre.legvander(2.0 * (times - times[0]) / np.ptp(times) - 1.0, CUBIC - 1)
+    residual = values - rows @ np.linalg.lstsq(rows, values, rcond=None)[0]
+    if not residual.any():
+        return 0.0, WHITE
+    correlation = Autocorrelation.of(residual, CUBIC)
+    return float(residual @ residual) / counting_points(len(times), CUBIC, correlation), correlation
+
+
+def _density(times: Array, values: Array) -> tuple[float, float]:
+    """Variance that the mean of n readings has by their noise, times n, and standard deviations that are clear.
+
+    8 of white noise, whose variance is then that of one reading. Of correlated noise, whose variance is in itself known
+    by few degrees of freedom, those that one record in a thousand exceeds, at most as many.
+    """
+    variance, correlation = _about_cubic(times, values)
+    if not correlation.r:
+        return variance, SPIKE
+    freedom = density_freedom(len(times), correlation.of_mean)
+    return variance * correlation.of_mean, min(SPIKE, float(student.isf(VAIN / 2.0, freedom)))
+
+
+def _bent_by_mains(times: Array, values: Array, peak: float) -> float:
+    """Frequency of the mains hum [Hz] that explains why a record before contact bends, 0 where none does.
+
+    Behind it no more is left than the noise of the first half, by an F-test at 1 %. Of a response that begins more is,
+    unless it has long begun: it then goes on by more than a third of the peak, or within less than a quarter period.
+    """
+    half, found = _first_half(times), best_hum(times, values)
+    rows = terms(times, WITH_HUM, found, float(times.mean()))
+    bend = rows @ np.linalg.lstsq(rows, values, rcond=None)[0]
+    if np.ptp(bend) > RUNS_OFF * peak or float(np.ptp(times)) * found < LEAST_BENT:
+        return 0.0
+    residual = values - bend
+    noise, correlation = _about_cubic(times[half], values[half])
+    own = float(residual @ residual) / (len(times) - WITH_HUM)
+    freedom = [max(n / correlation.of_variance, 1.0) for n in (len(times), len(half))]
+    explained = own < noise * float(f_distribution.isf(UNEXPLAINED, *freedom))
+    return found if explained and not _moves(times, residual, peak) else 0.0
 
 
 def _spikes(times: Array, values: Array) -> NDArray[np.bool_]:

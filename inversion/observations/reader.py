@@ -545,13 +545,24 @@ def _jumping(name: str, unit: str, times: Array, values: Array) -> tuple[str, ..
 
 
 def _moving(name: str, before: BeforeContact) -> tuple[str, ...]:
-    """A record that is not at rest while the case says that it is."""
-    if not before.moves:
+    """A record that is not at rest while the case says that it is, or that may not be."""
+    if before.bent:
+        text = (
+            f"{plain(name)} bends before contact as a mains hum of {before.bent:g} Hz does, of which too little is "
+            "recorded to carry it on: neither its zero nor this hum is taken out of the response; record at least "
+            f"{1e3 / before.bent:.3g} ms before contact, and look at the grounding of the measuring chain"
+        )
+        return (text,)
+    if before.moves_until is None:
         return ()
-    until = f"{before.times[-1] * 1e3:.3g} ms"
+    until = f"{before.moves_until * 1e3:.3g} ms"
+    lost = (
+        "neither its zero nor its noise can be taken from there"
+        if before.level is None
+        else "its zero cannot be taken from there, and its noise, which is correlated, from the first half of it alone"
+    )
     text = (
-        f"{plain(name)} moves before contact (until {until} by the case's clock), so neither its zero nor its noise "
-        "can be taken from there: if its clock is ahead of the case's, import it with --shift, or raise "
-        "inversion.nuisance.time_offset"
+        f"{plain(name)} moves before contact (until {until} by the case's clock), so {lost}: if its clock is ahead of "
+        "the case's, import it with --shift, or raise inversion.nuisance.time_offset"
     )
     return (text,)
