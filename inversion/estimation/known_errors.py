@@ -13,6 +13,7 @@ tapered in time by a Gaussian: far instants correlate by chance.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -21,7 +22,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.calibration import Mode
-from birdstrike.inversion.estimation.whitening import factor_of
+from birdstrike.inversion.estimation.whitening import factor_between, factor_of
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2
@@ -105,9 +106,13 @@ def discrepancy_columns(shares: Mapping[str, float], observations: Observations)
             blocks.append(np.zeros((len(c.times), 0)))
             continue
         length = DISCREPANCY_LENGTH * max(float(np.ptp(c.times)), 1e-300)
-        correlation = np.exp(-0.5 * ((c.times[:, None] - c.times) / length) ** 2)
-        blocks.append(share * c.peak * factor_of(correlation, WORTH_A_COLUMN))
+        blocks.append(share * c.peak * factor_between(partial(_gaussian, length), c.times, WORTH_A_COLUMN))
     return np.asarray(block_diag(*blocks), dtype=np.float64)
+
+
+def _gaussian(length: float, times: Array, others: Array) -> Array:
+    """(n, m) squared-exponential correlation of instants (n,) and (m,)."""
+    return np.exp(-0.5 * ((times[:, None] - others) / length) ** 2)
 
 
 def poor(emulator: CurveEmulator) -> bool:
@@ -129,9 +134,12 @@ def _channel(emulator: CurveEmulator, curves: Array, times: Array) -> Array:
     if not poor(emulator):
         return np.zeros((len(times), 0))
     residual = curves - left_out(emulator, curves)
-    rows = np.stack([np.interp(times, emulator.time, row) for row in residual])
-    apart = (times[:, None] - times) / (TAPER * float(np.ptp(emulator.time)))
-    return factor_of(rows.T @ rows / len(rows) * np.exp(-0.5 * apart**2), KEPT)
+    grid, length = emulator.time, TAPER * float(np.ptp(emulator.time))
+    if len(times) <= len(grid):
+        rows = np.stack([np.interp(times, grid, row) for row in residual])
+        return factor_of(rows.T @ rows / len(rows) * _gaussian(length, times, times), KEPT)
+    factor = factor_of(residual.T @ residual / len(residual) * _gaussian(length, grid, grid), KEPT)
+    return np.stack([np.interp(times, grid, column) for column in factor.T], axis=1)
 
 
 def left_out(emulator: CurveEmulator, curves: Array) -> Array:

@@ -8,6 +8,7 @@ residual: beside one as slow as the curve itself, the widened intervals are stil
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +32,7 @@ FEWEST_POINTS = 20
 LOST = 1e10  # variance in units of the noise's beside which that of 1 has six digits left in a covariance
 MANY = 200  # columns, beyond which the products of all pairs are quicker than singular values
 FELT = 1e-6  # in variances of the noise: what lies along a direction below changes by less than a millionth
+INSTANTS = 250  # of a channel, that carry a slow error
 REJECT = 1e-3
 # White noise passes either limit in 0.5 to 2 of a thousand records of 20 to 2000 points (10 000 drawn of each length).
 LAGS, LAGS_LIMIT = 3, 6.0
@@ -92,6 +94,19 @@ def factor_of(covariance: Array, least: float) -> Array:
     values, vectors = np.linalg.eigh(covariance)
     kept = values > least * values.sum()
     return vectors[:, kept] * np.sqrt(values[kept])
+
+
+def factor_between(covariance: Callable[[Array, Array], Array], times: Array, least: float) -> Array:
+    """`factor_of` a process with a covariance (n, m) of `times` (n,) and others (m,), found at `INSTANTS` of them.
+
+    F = C(t, s) V L^(-1/2) with the eigenvalues L and vectors V of C(s, s) (Nystroem: Rasmussen and Williams, Gaussian
+    Processes for Machine Learning, MIT 2006, sect. 8.1), where the process is smooth between the instants s.
+    """
+    places = np.unique(np.linspace(0, len(times) - 1, INSTANTS).round().astype(int))
+    factor = factor_of(covariance(times[places], times[places]), least)
+    if len(places) == len(times):
+        return factor
+    return covariance(times, times[places]) @ factor / (factor**2).sum(axis=0)
 
 
 def widened(observations: Observations, residual: ResidualCorrelation) -> Observations:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -13,7 +14,7 @@ from birdstrike.inversion.diagnosis.discrepancy import UNSEEN, started
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.shots import shot_number
-from birdstrike.inversion.estimation.whitening import factor_of
+from birdstrike.inversion.estimation.whitening import factor_between
 from birdstrike.inversion.observations.observations import Observations
 
 WORTH_A_COLUMN = 1e-3  # share of its variance
@@ -45,7 +46,8 @@ class Discrepancy:
         key = (contact, times.tobytes())
         if key not in self._factors:
             length = UNSEEN * (self.end - contact)
-            self._factors[key] = factor_of(started(times, times, contact, length), WORTH_A_COLUMN)
+            process = partial(started, contact=contact, length=length)
+            self._factors[key] = factor_between(process, times, WORTH_A_COLUMN)
         return self._factors[key]
 
 

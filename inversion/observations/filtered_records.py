@@ -21,6 +21,7 @@ from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.formatting import listing
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.baseline import Baseline
+from birdstrike.inversion.observations.clock import grid_step, off_grid, rounding_tolerance
 from birdstrike.inversion.observations.filters import (
     CLASSES,
     CORNER,
@@ -46,7 +47,7 @@ from birdstrike.inversion.observations.reader import (
     read_record,
 )
 
-UNIFORM = 1e-3  # of a step
+UNIFORM = 1e-3  # of a step, by which instants may lie off equally spaced ones that no clock has rounded
 REST = 25.0  # reaches of rest, from which on filtered noise shows its level and its correlation
 CARRIED = 3.0  # reaches before the first motion, at which nothing of the response is seen
 STRETCHES = (HELD, CLIPPED, SATURATED, BESIDE, FROZEN)
@@ -179,7 +180,7 @@ def _rows(measured: Measured, kept: NDArray[np.bool_]) -> Measured:
 def _step(measured: Measured, name: str) -> float:
     """Step of the record [s]; raises UserError where its instants are not equally spaced or it has gaps."""
     steps = np.diff(measured.time)
-    if not len(steps) or np.ptp(steps) > UNIFORM * steps.mean():
+    if not len(steps) or off_grid(measured.time) > rounding_tolerance(measured.time, UNIFORM):
         raise UserError(
             f"filter = {name}: {measured.path} has steps of {1e3 * steps.min(initial=np.inf):.4g} .. "
             f"{1e3 * steps.max(initial=0.0):.4g} ms; a filter needs equally spaced instants: resample the record first"
@@ -190,7 +191,7 @@ def _step(measured: Measured, name: str) -> float:
             f"filter = {name}: {measured.path}: a filter would smear the gaps of {', '.join(gaps)}; leave the filter "
             "or the channel (--channels) out, or cut the gaps out first"
         )
-    return float(steps.mean())
+    return grid_step(measured.time)
 
 
 def _refuse_late(measured: Measured, name: str, motion: float) -> None:

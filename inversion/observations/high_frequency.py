@@ -12,11 +12,12 @@ from math import comb
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.inversion.observations.clock import off_grid, rounding_tolerance
 
 LOW_ORDER, HIGH_ORDER = 6, 8
 FEWEST = 40  # differences
 AGREE = 1.25  # ratio of the two orders, either way: 98.5 % of records of white noise with 42 differences keep within it
-UNEVEN = 0.01  # of a step: differences are taken among equally spaced instants only
+UNEVEN = 0.01  # of a step: differences are taken among equally spaced instants only, but for the clock's rounding
 MEDIAN_TO_SIGMA = 1.4826
 WORTH = 0.12
 """Degrees of freedom a difference: neighbouring ones share points, and a median uses about a third.
@@ -55,8 +56,8 @@ def _scatter(times: Array, values: Array, order: int) -> tuple[float, int]:
     """Robust standard deviation of white noise by differences of an order, and how many there are."""
     if len(values) <= order:
         return 0.0, 0
-    steps = np.lib.stride_tricks.sliding_window_view(np.diff(times), order)
-    even = np.ptp(steps, axis=1) <= UNEVEN * np.abs(np.median(steps, axis=1))
+    instants = np.lib.stride_tricks.sliding_window_view(times, order + 1)
+    even = off_grid(instants) <= rounding_tolerance(times, UNEVEN)
     differences = np.diff(values, order)[even]
     if not len(differences):
         return 0.0, 0

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ import pytest
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
+from birdstrike.inversion.diagnosis.discrepancy import started
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
     NuisanceRuns,
@@ -21,12 +24,13 @@ from birdstrike.inversion.estimation.known_errors import (
 )
 from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.refinement import refine
+from birdstrike.inversion.estimation.whitening import factor_between
 from birdstrike.inversion.invert import invert
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.case.nuisances import Nuisance, case_nuisances
 from birdstrike.surrogate.emulator import Emulator
-from tests.inversion.stand_in import CHANNEL, NAMES, TIME, campaign, forward, record, spread, truth
+from tests.inversion.stand_in import CHANNEL, NAMES, START, TIME, campaign, forward, record, spread, truth
 
 SPEED = Nuisance("speed", "impact.speed", 90.0, 0.9)
 
@@ -134,3 +138,30 @@ def test_mesh_band_is_two_sigma_and_a_missing_one_is_an_error(dataset: Dataset) 
     np.testing.assert_allclose(mesh_columns(bands, observations, 0.0), 5e-5)
     with pytest.raises(UserError, match="run birdstrike converge"):
         mesh_columns(replace(bands, channels={}), observations, 0.0)
+
+
+@pytest.mark.parametrize("kind", ["discrepancy", "started"])
+def test_the_columns_of_a_dense_record_have_the_covariance_of_all_its_instants(dataset: Dataset, kind: str) -> None:
+    """Of 1200 instants 250 carry them: to 0.1 % of the variance, at every instant and between any two."""
+    times = np.linspace(0.0, 2.9e-3, 1200)
+    process = partial(started, contact=START, length=0.3e-3) if kind == "started" else None
+    if process is None:
+        observations = observe(record(truth(0.5), times), dataset, {CHANNEL: 1e-5})
+        (channel,) = observations.channels
+        apart = (channel.times[:, None] - channel.times) / (0.25 * np.ptp(channel.times))
+        exact = (0.03 * channel.peak) ** 2 * np.exp(-0.5 * apart**2)
+        found = discrepancy_columns({CHANNEL: 0.03}, observations)
+    else:
+        exact, found = process(times, times), factor_between(process, times, 1e-7)
+    assert found.shape[1] < 250
+    assert np.abs(found @ found.T - exact).max() < 1e-3 * exact.max()
+
+
+def test_the_columns_of_a_record_of_4000_instants_need_no_matrix_of_that_size(dataset: Dataset) -> None:
+    """128 MB, and 30 s."""
+    observations = observe(record(truth(0.5), np.linspace(0.0, 2.9e-3, 4000)), dataset, {CHANNEL: 1e-5})
+    tracemalloc.start()
+    discrepancy_columns({CHANNEL: 0.03}, observations)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 40e6

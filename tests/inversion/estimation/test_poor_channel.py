@@ -11,7 +11,7 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.estimation.known_errors import error_columns
+from birdstrike.inversion.estimation.known_errors import error_columns, left_out
 from birdstrike.inversion.estimation.locate import InversionOptions, emulator_warnings, locate
 from birdstrike.inversion.invert import invert
 from birdstrike.inversion.observations.observations import observe
@@ -46,6 +46,10 @@ def both() -> tuple[Dataset, Emulator]:
     return dataset, fit_emulator(dataset, [CHANNEL, STRAIN])
 
 
+def strain_at(times: Array) -> Array:
+    return np.interp(times, TIME, strain(truth(0.5)))
+
+
 def shot(share: float):
     measured = stand_in_record(truth(share), TIMES, NOISE[CHANNEL], seed=int(100 * share))
     values = np.interp(TIMES, TIME, strain(truth(share))) + NOISE[STRAIN] * np.random.default_rng(1).normal(
@@ -65,6 +69,21 @@ def test_its_error_is_that_of_the_runs_left_out(both: tuple[Dataset, Emulator]) 
     new = LOWS + np.random.default_rng(5).random((200, 4)) * (HIGHS - LOWS)
     missed = np.stack([strain(row) for row in new]) - emulator.channels[STRAIN].curves(emulator.inputs(new), TIME)
     assert stated == pytest.approx(np.sqrt(np.mean(missed**2)), rel=0.25)
+
+
+def test_its_error_in_a_dense_record_is_that_at_all_instants(both: tuple[Dataset, Emulator]) -> None:
+    """The covariance of the runs left out, tapered, at 900 instants, from those of the runs."""
+    dataset, emulator = both
+    times = np.linspace(0.4e-3, 2.6e-3, 900)
+    measured = stand_in_record(truth(0.5), times, NOISE[CHANNEL])
+    dense = replace(measured, channels={STRAIN: strain_at(times)}, units={STRAIN: ""})
+    found = error_columns(emulator, dataset, observe(dense, dataset, NOISE))
+    one = emulator.channels[STRAIN]
+    residual = dataset.curves[STRAIN] - left_out(one, dataset.curves[STRAIN])
+    rows = np.stack([np.interp(times, TIME, row) for row in residual])
+    apart = (times[:, None] - times) / (0.2 * np.ptp(TIME))
+    exact = rows.T @ rows / len(rows) * np.exp(-0.5 * apart**2)
+    assert np.abs(found @ found.T - exact).max() < 1e-3 * exact.max()
 
 
 def test_the_other_channels_answer_stands_and_holds_the_truth(both: tuple[Dataset, Emulator]) -> None:

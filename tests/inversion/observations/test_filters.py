@@ -136,6 +136,18 @@ def test_what_cannot_be_filtered_is_refused(dataset: Dataset) -> None:
         filtered(taken(LONG[500:]), dataset)
 
 
+def test_a_clock_that_was_rounded_is_filtered_as_the_exact_one(dataset: Dataset) -> None:
+    """300 kHz to 0.1 us: steps of 3.3 and 3.4 us, refused as uneven."""
+    exact = np.arange(-600, 1500) / 300e3
+    measured = taken(exact)
+    rounded = replace(measured, time=np.round(exact, 7))
+    sound, found = filtered(measured, dataset), filtered(rounded, dataset)
+    assert found.filter.step == pytest.approx(sound.filter.step, rel=1e-6)
+    np.testing.assert_allclose(
+        found.measured.channels[CHANNEL], sound.measured.channels[CHANNEL], rtol=0.0, atol=0.01 * NOISE
+    )
+
+
 def test_a_clipped_record_is_refused_and_one_that_is_clipped_later_is_not(dataset: Dataset) -> None:
     measured = taken(noise=NOISE)
     values = measured.channels[CHANNEL]

@@ -263,3 +263,24 @@ def test_a_hum_takes_four_degrees_of_freedom_from_the_level_before_contact() -> 
     found, (said, *_) = channel_noise(CHANNEL, "m", 1.0, hum, stated)
     assert found.freedom == 2996.0
     assert "over 3000 points" in said
+
+
+@pytest.mark.parametrize(("rate", "digit"), [(300e3, 1e-7), (300e3, 1e-6), (48e3, 1e-6)])
+def test_a_rounded_clock_keeps_the_noise_between_neighbours(rate: float, digit: float) -> None:
+    """Steps of 3.3 and 3.4 us were taken for an uneven clock, and no noise was found."""
+    clock = np.arange(0.4e-3, 2.6e-3 if rate > 1e5 else 10e-3, 1.0 / rate)
+    values = 5e-3 * np.sin(np.pi * clock / 10e-3) + np.random.default_rng(0).normal(0.0, SIGMA, len(clock))
+    exact, rounded = (white_scatter(times, values) for times in (clock, digit * np.round(clock / digit)))
+    assert exact is not None
+    assert rounded is not None
+    assert rounded[0] == pytest.approx(exact[0], rel=0.05)
+
+
+def test_an_uneven_clock_gives_no_noise_between_neighbours() -> None:
+    """Instants off by a tenth of a step, and one reading in four missing: neither is rounding."""
+    rng = np.random.default_rng(0)
+    even = STEP * np.arange(400)
+    jittered = even + rng.uniform(-0.1, 0.1, 400) * STEP
+    missing = even[np.arange(400) % 4 > 0]
+    for clock in (jittered, missing):
+        assert white_scatter(clock, rng.normal(0.0, SIGMA, len(clock))) is None
