@@ -11,7 +11,9 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.progress import silent
 from birdstrike.inversion.estimation.estimates import intervals
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
-from birdstrike.inversion.estimation.whitening import residual_correlation
+from birdstrike.inversion.estimation.whitening import Whitening, residual_correlation
+from birdstrike.inversion.observations.autocorrelation import neighbour_correlation
+from birdstrike.inversion.observations.noise import BeforeContact
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, START, pulse, truth
@@ -102,3 +104,21 @@ def test_residual_is_widened_by_its_excess_over_the_noise_s_correlation(dataset:
     assert found.fit[CHANNEL] == pytest.approx(2.0, rel=0.03)
     assert found.tau[CHANNEL] == pytest.approx(9.0, rel=0.15)
     assert found.widened[CHANNEL] == pytest.approx(2.0 * np.sqrt(9.0 * (1.0 - rho) / (1.0 + rho)), rel=0.08)
+
+
+def test_intervals_of_strongly_correlated_noise_hold_a_slow_parameter() -> None:
+    """200 records of correlation 0.9, a line fitted beside a half sine, 400 points at rest: 84 % held its size."""
+    times, sine = 6e-6 * np.arange(-400, 400), np.sin(np.pi * np.arange(400) / 500.0)
+    shapes = np.stack([sine, sine * np.arange(400) / 400.0])
+    held = []
+    for seed in range(200):
+        white = np.random.default_rng(seed).normal(size=1200)
+        noise = NOISE * np.asarray(lfilter([np.sqrt(1.0 - 0.9**2)], [1.0, -0.9], white))[400:]
+        before = BeforeContact.of(times[:400], noise[:400], 1e-2, 2.4e-3)
+        assert before.level is not None
+        correlation = neighbour_correlation(times[400:], before.correlation.time(6e-6))
+        whitening = Whitening.of(np.full(400, before.level), np.zeros((400, 0)), correlation)
+        rows, residual = whitening.apply(shapes), whitening.apply(noise[400:])
+        covariance = np.linalg.inv(rows @ rows.T)
+        held.append(abs((covariance @ rows @ residual)[0]) < 1.96 * np.sqrt(covariance[0, 0]))
+    assert np.mean(held) > 0.89

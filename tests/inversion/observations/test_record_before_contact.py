@@ -62,6 +62,26 @@ def test_a_first_order_process_gives_back_its_correlation_time(rho: float) -> No
     assert np.mean([one.of_variance for one in found]) == pytest.approx((1.0 + rho**2) / (1.0 - rho**2), rel=0.15)
 
 
+@pytest.mark.parametrize(("rho", "points"), [(0.7, 80), (0.9, 400), (0.95, 400), (0.97, 2000)])
+def test_the_correlation_of_a_short_rest_is_not_too_small(rho: float, points: int) -> None:
+    """(1 + rho) / (1 - rho) about a straight line: medians of 0.57 to 0.8 of it, whose intervals were too narrow."""
+    rows, found = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, points), 1), []
+    for seed in range(200):
+        noise = first_order(rho, points, seed)
+        residual = noise - rows @ np.linalg.lstsq(rows, noise, rcond=None)[0]
+        found.append(Autocorrelation.of(residual, 2).of_mean)
+    assert np.median(found) == pytest.approx((1.0 + rho) / (1.0 - rho), rel=0.12)
+
+
+def test_the_correlation_of_smoothed_noise_is_that_of_its_averages() -> None:
+    """A mean of nine readings: 9, and not the 17 of a process whose neighbours are as alike."""
+    found = []
+    for seed in range(100):
+        noise = np.convolve(np.random.default_rng(seed).normal(size=408), np.ones(9) / 3.0, "valid")
+        found.append(Autocorrelation.of(noise - noise.mean(), 1).of_mean)
+    assert np.median(found) == pytest.approx(9.0, rel=0.12)
+
+
 def test_white_noise_on_a_slow_bend_keeps_the_correlation_of_its_neighbours() -> None:
     """Half the variance is white: a long correlation time would leave no room for it."""
     clock = np.linspace(-1.0, 1.0, 2000)
