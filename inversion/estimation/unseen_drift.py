@@ -51,7 +51,7 @@ def with_drift(calibrator: Calibrator, found: BestFits, seed: int) -> tuple[Cali
         return calibrator, found, ()
     drifting = calibrator.with_known(columns)
     again = drifting.best_fits(seed)
-    if found[0].cost - again[0].cost < by_chance(columns.shape[1]) or not again[2].is_noise:
+    if found[0].cost - again[0].cost < by_chance(columns.shape[1]) or again[2].correlated:
         return calibrator, found, ()
     drifts = calibrator.model.observations.split(_estimates(drifting, again[0], columns))
     tried = (c for c, block in zip(channels, blocks, strict=True) if block.shape[1])

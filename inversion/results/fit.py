@@ -80,14 +80,14 @@ class ResidualCorrelation:
         return tuple(name for name, factor in self.widened.items() if factor > self.by_chance.get(name, 1.0))
 
     @property
-    def is_noise(self) -> bool:
-        """Whether no channel's residual is correlated, or large, beyond what noise gives by chance."""
-        return not self.beyond_chance
+    def correlated(self) -> tuple[str, ...]:
+        """Of these, the channels whose residual is correlated, whatever its size."""
+        return tuple(name for name in self.beyond_chance if self.tau[name] > 1.0)
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """One sentence about the channel that is farthest from noise, or none."""
-        if self.is_noise:
+        if not self.beyond_chance:
             return ()
         worst = max(self.beyond_chance, key=lambda name: self.widened[name])
         factor, tau = self.widened[worst], self.tau[worst]

@@ -113,7 +113,7 @@ def test_the_drifts_of_two_channels_must_gain_what_four_nuisances_do_not_by_chan
     assert by_chance(4) == pytest.approx(18.467, abs=1e-3)
     channels = [SimpleNamespace(name=name, times=np.arange(5.0)) for name in "ab"]
     observations = SimpleNamespace(channels=channels, split=lambda _: dict.fromkeys("ab", np.zeros(5)))
-    correlation = SimpleNamespace(widened={"a": 2.0, "b": 2.0}, is_noise=True)
+    correlation = SimpleNamespace(widened={"a": 2.0, "b": 2.0}, correlated=())
     after = SimpleNamespace(best_fits=lambda _: (SimpleNamespace(cost=100.0 - gain), (), correlation))
     before: Any = SimpleNamespace(model=SimpleNamespace(observations=observations), with_known=lambda _: after)
     monkeypatch.setattr(unseen_drift, "drift_columns", lambda channel: np.ones((len(channel.times), 2)))
@@ -187,3 +187,10 @@ def test_a_drift_that_was_subtracted_before_the_filter_is_not_tried_again(datase
     assert found.baselines[CHANNEL].drifts
     (channel,) = observe(found.measured, dataset, noise).channels
     assert drift_columns(channel).shape == (len(channel.times), 0)
+
+
+def test_a_drift_is_found_beside_a_noise_that_is_stated_too_small(dataset: Dataset, emulator: Emulator) -> None:
+    """Its residual is then larger than noise, and does not hang together."""
+    problem = calibrator(dataset, emulator, drifting(np.full(4, 0.5), 0.3), NOISE / 1.3)
+    found = problem.best_fits()
+    assert with_drift(problem, found, 0)[2]
