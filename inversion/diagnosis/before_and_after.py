@@ -295,10 +295,22 @@ def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, f
         for one in model.members
     )
     curve = predicted(heldout, replace(model, members=members), *estimate(first, model, fit))
-    expected = expected_residual(first, problem, model, fit)
-    mean, sd = np.empty(len(curve)), np.empty(len(curve))
-    for i, trace in enumerate(heldout.record.traces):
-        of = first.record.channel == first.channels.index(trace.name)
-        for found, values in zip((mean, sd), expected, strict=True):
-            found[heldout.record.channel == i] = np.interp(trace.middle, first.record.middle[of], values[of])
+    mean, model_variance = _at_points_of(heldout, first, *_model_error(first, problem, model, fit))
+    sd = np.sqrt(model_variance + np.diag(heldout.record.covariance()))
     return Held.of("shot", heldout.record.values - curve - mean, sd, first.name)
+
+
+def _model_error(first: Shot, problem: Problem, model: Hypothesis, fit: Fit) -> tuple[Array, Array]:
+    """(n,) mean and variance of a shot's residual less the noise of its own record, which no other one has."""
+    mean, sd = expected_residual(first, problem, model, fit)
+    return mean, np.maximum(sd**2 - np.diag(first.record.covariance()), 0.0)
+
+
+def _at_points_of(heldout: Shot, first: Shot, *columns: Array) -> list[Array]:
+    """Columns (n,) over the points of a shot's record, linear between them, at those of another record."""
+    found = [np.empty(len(heldout.record.values)) for _ in columns]
+    for i, trace in enumerate(heldout.record.traces):
+        of, own = first.record.channel == first.channels.index(trace.name), heldout.record.channel == i
+        for column, values in zip(found, columns, strict=True):
+            column[own] = np.interp(trace.middle, first.record.middle[of], values[of])
+    return found
