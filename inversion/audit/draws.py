@@ -18,11 +18,12 @@ from numpy.random import Generator
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT, family_of
-from birdstrike.inversion.diagnosis.instrument import able_sensors, with_faults
+from birdstrike.inversion.diagnosis.instrument import with_faults
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT, OTHER_LATTICE, fits_a_label
 from birdstrike.inversion.labels import label_parts
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw
+from birdstrike.solver.effects.instrument import able
 from birdstrike.solver.effects.registry import effect_named, effects
 
 CLEAN, SINGLE, PAIR, OUTSIDE = "clean", "single", "pair", "outside"
@@ -119,7 +120,7 @@ def label_of(case: Case, rng: Generator) -> str:
     if places := [one for one in effects()[name].places(case) if fits_a_label(one)]:
         return str(rng.choice([name, *(f"{name}.{place}" for place in places)]))
     if name in INSTRUMENT:
-        return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able_sensors(name, case, case.sensors))]))
+        return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able(case, name, case.sensors))]))
     return f"{name}@{SHOTS[0]}" if name in OF_SHOT and rng.uniform() < 0.5 else name
 
 

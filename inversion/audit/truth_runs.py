@@ -47,9 +47,9 @@ from birdstrike.inversion.audit.records import (
     read_truth,
     truth_text,
 )
-from birdstrike.inversion.diagnosis.instrument import able_sensors
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.case.write import case_toml
+from birdstrike.solver.effects.instrument import able
 
 Simulate = Callable[[Mapping[str, Case]], dict[str, Histories]]
 """Histories by label of those cases whose simulation succeeded."""
@@ -186,7 +186,7 @@ def _drifts(case: Case, drawn: Drawn, role: str) -> dict[str, float]:
     for label, value in drawn.effects.items():
         if name_of(label) == "sensor_drift":
             sensor = sensor_of(label)
-            those = (sensor,) if sensor else able_sensors("sensor_drift", case, case.sensors)
+            those = (sensor,) if sensor else able(case, "sensor_drift", case.sensors)
             found.update(dict.fromkeys(those, value))
     return found
 

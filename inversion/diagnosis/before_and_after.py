@@ -308,7 +308,7 @@ def _model_error(first: Shot, problem: Problem, model: Hypothesis, fit: Fit) -> 
 
 def _at_points_of(heldout: Shot, first: Shot, *columns: Array) -> list[Array]:
     """Columns (n,) over the points of a shot's record, linear between them, at those of another record."""
-    found = [np.empty(len(heldout.record.values)) for _ in columns]
+    found: list[Array] = [np.empty(len(heldout.record.values)) for _ in columns]
     for i, trace in enumerate(heldout.record.traces):
         of, own = first.record.channel == first.channels.index(trace.name), heldout.record.channel == i
         for column, values in zip(found, columns, strict=True):

@@ -17,7 +17,7 @@ from birdstrike.inversion.diagnosis.plan import INSTRUMENT
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.effects.effect import Effect
-from birdstrike.solver.effects.instrument import fault, time_constant, transducers
+from birdstrike.solver.effects.instrument import able, fault, time_constant, transducers
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, delayed, low_pass
 
@@ -66,32 +66,18 @@ def instrument_effects(case: Case, channels: Sequence[str]) -> tuple[InstrumentE
     """Faults in common, then sensor by sensor where that is another fault than the common one."""
     found: list[InstrumentEffect] = []
     for name in INSTRUMENT:
-        effect = effects()[name]
-        common = tuple(channels) if name == "time_offset" else _own(case, channels)
-        able = able_sensors(name, case, channels)
-        common = tuple(c for c in common if c in able)
+        effect, alone = effects()[name], able(case, name, channels)
+        common = alone if name == "time_offset" else tuple(c for c in _own(case, channels) if c in alone)
         size = effect.size(case)
         least = effect.least(case) / size
         if common:
             found.append(InstrumentEffect(effect, size, common, name, least))
-        found += [InstrumentEffect(effect, size, (c,), f"{name}.{c}", least) for c in able if common != (c,)]
+        found += [InstrumentEffect(effect, size, (c,), f"{name}.{c}", least) for c in alone if common != (c,)]
     return tuple(found)
 
 
 def _own(case: Case, channels: Sequence[str]) -> tuple[str, ...]:
     return tuple(c for c in transducers(case) if c in channels)
-
-
-def able_sensors(name: str, case: Case, channels: Iterable[str]) -> tuple[str, ...]:
-    """Those of the channels that a fault may act on.
-
-    The library states a drift in m/s: of displacement sensors. No instrument reads the contact force, so that it has no
-    bandwidth; a low-pass would only imitate how the layers of a particle lattice arrive one after another.
-    """
-    kinds = {channel: case.sensors[channel].kind for channel in channels}
-    if name == "sensor_drift":
-        return tuple(c for c in channels if kinds[c] == "displacement")
-    return tuple(c for c in channels if name != "sensor_bandwidth" or kinds[c] != "contact_force")
 
 
 def change(name: str, magnitude: float, time: Array, curve: Array, own: Instrument = AS_IT_IS) -> Array:

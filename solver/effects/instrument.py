@@ -1,7 +1,7 @@
 """Effects of the instruments: clock, gain, bandwidth, drift.
 
 The trigger is common to all sensors. Gain, bandwidth and drift are those of the displacement transducers; where a case
-has none, gain and bandwidth are those of all its sensors.
+has none, gain and bandwidth are those of all its sensors that can have them (`able`).
 """
 
 from __future__ import annotations
@@ -21,6 +21,18 @@ def transducers(case: Declared) -> tuple[str, ...]:
     """Sensors whose own electronics an effect changes: those of displacement, or all where there is none."""
     found = tuple(name for name, sensor in case.sensors.items() if sensor.is_transducer)
     return found or tuple(case.sensors)
+
+
+def able(case: Declared, name: str, sensors: Iterable[str]) -> tuple[str, ...]:
+    """Those of some sensors that an effect may act on.
+
+    The library states a drift in m/s: of displacement sensors. No instrument reads the contact force, so that it has no
+    bandwidth; a low-pass would only imitate how the layers of a particle lattice arrive one after another.
+    """
+    kinds = {sensor: case.sensors[sensor].kind for sensor in sensors}
+    if name == "sensor_drift":
+        return tuple(sensor for sensor, kind in kinds.items() if kind == "displacement")
+    return tuple(sensor for sensor, kind in kinds.items() if name != "sensor_bandwidth" or kind != "contact_force")
 
 
 def fault(case: Declared, name: str, x: float, sensor: str) -> dict[str, Any]:
@@ -70,13 +82,18 @@ def _of_all(name: str) -> Callable[[Declared, float], Table]:
 
 
 def _of_transducers(name: str) -> Callable[[Declared, float], Table]:
-    return lambda case, x: _faulty(case, name, x, transducers(case))
+    return lambda case, x: _faulty(case, name, x, able(case, name, transducers(case)))
 
 
 def _no_displacement(case: Declared) -> str:
     return (
         "" if any(sensor.is_transducer for sensor in case.sensors.values()) else "the case has no displacement sensor"
     )
+
+
+def _never_slow(case: Declared) -> str:
+    sensors = able(case, "sensor_bandwidth", transducers(case))
+    return "" if sensors else "no instrument reads the contact force, and the case has no other sensor"
 
 
 INSTRUMENT = (
@@ -106,6 +123,7 @@ INSTRUMENT = (
         _of_transducers("sensor_bandwidth"),
         lambda _: 3e-5,
         lambda _: 0.0,
+        _never_slow,
         group=GROUP,
         source="first-order low-pass, stated by its time constant tau = 1/(2 pi bandwidth): 0.03 ms is 5.3 kHz",
         alternative=("1/s", lambda bandwidth: 1.0 / (2.0 * math.pi * bandwidth)),

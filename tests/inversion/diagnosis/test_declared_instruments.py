@@ -117,3 +117,27 @@ def test_a_fit_that_no_case_can_state_loses_its_own_run_alone(monkeypatch: pytes
     runs, failed = before_and_after.run_at(wanted, simulations)  # type: ignore[arg-type]
     assert set(runs) == {"possible"}
     assert "plate_thickness" in failed["impossible"]
+
+
+FORCED = {
+    "gauge": {"kind": "strain", "at": ["75 mm", "20 mm"]},
+    "force": {"kind": "contact_force"},
+    "support": {"kind": "reaction_force"},
+}
+
+
+@pytest.mark.parametrize("sensors", [("gauge", "force"), ("force", "support"), ("gauge", "support"), ("force",)])
+@pytest.mark.parametrize("name", SIZES)
+def test_an_effect_in_common_acts_on_the_same_sensors_in_the_case_as_on_its_curves(
+    name: str, sensors: tuple[str, ...]
+) -> None:
+    """Without displacements the case's slow transducers filtered the contact force, the fitted curves did not."""
+    table = {**load_case("virtual_strike").table, "sensors": {sensor: FORCED[sensor] for sensor in sensors}}
+    case = load_case({key: value for key, value in table.items() if key != "inversion"})
+    faults = {one.label: one.sensors for one in instrument_effects(case, sensors)}
+    if effects()[name].refuses(case):
+        assert name not in faults
+        return
+    changed = case.with_effects({name: SIZES[name]}).instrument
+    found = {sensor for sensor, own in changed.items() if own != Instrument()}
+    assert found == set(faults.get(name, ()))
