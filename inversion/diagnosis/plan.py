@@ -38,6 +38,7 @@ RESPONSE_PARTICLES = 3000  # at most, of the simulations with effects: friction 
 LATTICES = 4  # fine simulations that are repeated on the other lattice
 OTHER_LATTICE = {"fcc": "cubic", "cubic": "fcc"}
 JITTER = 0.1  # of the spacing: each pair of the design has a lattice of its own, so that their mean has none
+OF_ONE_SEED, SEEDS = 1000, 2_000_000  # lattices of one seed of a plan, and seeds with lattices of their own
 LEVEL = 2.0  # plausible sizes of an effect in the design: large beside the particles' scatter, still linear
 GENTLER = {"plate_preload": 0.5}
 """Plausible sizes where LEVEL leaves the linear range: a fifth of the buckling load is the size of a preload, and the
@@ -104,7 +105,8 @@ class Plan:
 
     case: as declared; coarse, fine: the case on the meshes of the campaign and of the correction, with the candidate
     sensors; space: the parameters; unit: (n, k) the campaign's points as fractions of the ranges; spread: indices of
-    the points, most spread first; blocks: the effects by simulation; refused: effect -> why the case cannot carry it.
+    the points, most spread first; blocks: the effects by simulation; refused: effect -> why the case cannot carry it;
+    seed: of the points and of the lattices.
     """
 
     case: Case
@@ -115,6 +117,7 @@ class Plan:
     spread: tuple[int, ...]
     blocks: tuple[Block, ...]
     refused: Mapping[str, str]
+    seed: int = 0
 
     @cached_property
     def prior(self) -> NormalPrior:
@@ -169,10 +172,13 @@ class Plan:
         return {f"lattice {i}": self.on_lattice(self.at(self.fine, i).overlaid(other), i) for i in points}
 
     def on_lattice(self, case: Case, number: int) -> Case:
-        """A case on a lattice of its own, so that the mean of several has none; another program keeps its bird."""
+        """A case on a lattice of its own, so that the mean of several has none; another program keeps its bird.
+
+        By the plan's seed: the points of one parameter alone are the same for every seed.
+        """
         if case.solver.name == "external":
             return case
-        return case.overlaid({"bird": {"jitter": JITTER, "seed": number}})
+        return case.overlaid({"bird": {"jitter": JITTER, "seed": number + OF_ONE_SEED * (self.seed % SEEDS)}})
 
     def responses(self) -> dict[str, Case]:
         """The simulations with effects: both halves of each pair of the design at one point, on one lattice."""
@@ -228,6 +234,7 @@ def make_plan(case: Case, runs: int = RUNS, seed: int = 0, first: Case | None = 
         spread=spread(unit),
         blocks=blocks(case, coarse, known),
         refused=refused,
+        seed=seed,
     )
 
 

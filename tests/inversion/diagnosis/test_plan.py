@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -34,7 +35,21 @@ from birdstrike.solver.build import rest_mesh
 from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, recorded
+from tests.inversion.diagnosis.rig import tiny
 from tests.solver.test_setup_warnings import sheet_from_a_file
+
+
+@pytest.mark.parametrize("more", [{}, {"bird.material.pressure_cutoff": {"range": ["-1 MPa", "-0.1 MPa"]}}])
+def test_another_seed_simulates_anew_what_scatters(more: dict[str, Any]) -> None:
+    """Of one parameter the points are the same for every seed, and so were the lattices: --seed changed nothing."""
+    case = tiny().overlaid({"inversion": {"parameters": more}})
+    plans = [make_plan(case, 9, seed) for seed in (0, 1, 10**12 + 7)]
+    cases = [
+        {case_hash(one) for part in (plan.lattices(), plan.responses()) for one in part.values()} for plan in plans
+    ]
+    assert all(len(a & b) == 0 for a, b in combinations(cases, 2))
+    again = make_plan(case, 9, 1)
+    assert {case_hash(one) for one in again.responses().values()} < cases[1]
 
 
 def test_two_level_columns_are_orthogonal_and_balanced() -> None:
