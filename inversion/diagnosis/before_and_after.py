@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.errors import CaseError
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.units import quantity_text
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
@@ -21,7 +22,7 @@ from birdstrike.inversion.diagnosis.instrument import with_faults
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem, each
 from birdstrike.inversion.diagnosis.setup import stack
-from birdstrike.inversion.diagnosis.shots import Record, Shot
+from birdstrike.inversion.diagnosis.shots import LATEST_SHIFT, Record, Shot
 from birdstrike.inversion.diagnosis.system import build
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
@@ -250,7 +251,25 @@ def case_with(case: Case, acting: Sequence[tuple[Suspect, float]]) -> Case:
             faults.append((one.fault.sensors[0], one.name, value))
         elif np.isfinite(value) and value:
             common[one.name] = _beside_declared(case, one.name, value)
-    return with_faults(case.with_effects({**case.effects, **common}) if common else case, faults)
+    found = with_faults(case.with_effects({**case.effects, **common}) if common else case, faults)
+    return _long_enough(found, _earliest(case))
+
+
+def _long_enough(case: Case, declared: float) -> Case:
+    """The case simulated until what its earliest instrument reads at the record's end.
+
+    The record ends `LATEST_SHIFT` before the simulation; an instrument that is earlier than that, and than the declared
+    one, would repeat its last reading there, where the fitted curve goes on.
+    """
+    earliest = _earliest(case)
+    if earliest >= min(declared, -LATEST_SHIFT):
+        return case
+    return case.overlaid({"time": {"end": quantity_text(case.time.end - earliest - LATEST_SHIFT, "s")}})
+
+
+def _earliest(case: Case) -> float:
+    """Least offset of the case's instruments [s], 0 where none is early."""
+    return min((own.time_offset for own in case.instrument.values()), default=0.0)
 
 
 def _beside_declared(case: Case, name: str, value: float) -> float:
@@ -288,8 +307,9 @@ def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, f
     """A record of the first shot's case that nothing was fitted to, predicted with the first shot's parameters.
 
     It has the effects of the rig and its instruments that the first shot has, and none that a single one of several
-    shots has for itself.
+    shots has for itself. The first shot's setup is its own, with the responses that were simulated at the fits.
     """
+    heldout = replace(heldout, setup=first.setup)
     members = tuple(
         replace(one, shots=(heldout.name,) if first.name in one.shots and not label_parts(one.label)[2] else ())
         for one in model.members

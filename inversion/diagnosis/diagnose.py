@@ -107,17 +107,18 @@ def diagnose(
     ):
         setups = all_setups(shots, clean, simulations, choice)
         shots, lost = predicted_shots(shots, setups)
+        compared, untold = predicted_heldout(other, records.shots[0], shots)
 
         def prepared(setups: Mapping[str, Setup]) -> Pipeline:
             own = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record) for one in shots)
             names = baseline_names(shots, clean)
             beside = {name: (one.record, setups[case_hash(one.case)]) for name, one in zip(names, clean, strict=True)}
             seen = tuple(dict.fromkeys(channel for shot in own for channel in shot.channels))
-            return Pipeline(own, read_baselines(beside, seen), choice, simulations, (*lost, *records.warnings))
+            return Pipeline(own, read_baselines(beside, seen), choice, simulations, (*lost, *untold, *records.warnings))
 
         with choice.display("Runs near the fits") as progress:
             pipeline, refinement = refined(setups, prepared, simulations, choice, progress)
-        held = None if other is None else read_shot("held out", pipeline.shots[0].setup, other)
+        held = None if compared is None else read_shot("held out", pipeline.shots[0].setup, compared)
         found = pipeline.diagnosis(refinement, held)
     cases = dict(zip(case_files([one.name for one in shots]), (one.case for one in shots), strict=True))
     cases |= {baseline_file(one.name): one.case for one in clean}
@@ -468,3 +469,15 @@ def predicted_shots(
     if not found:
         raise MeasuredError(lost)
     return found, tuple(lost)
+
+
+def predicted_heldout(
+    heldout: Measured | None, first: NamedRecord, shots: Sequence[NamedRecord]
+) -> tuple[Measured | None, tuple[str, ...]]:
+    """The held-out record, unless the first shot is left out, whose case and channels it has; and a warning then."""
+    if heldout is None or any(one is first for one in shots):
+        return heldout, ()
+    return None, (
+        f"the held-out record {heldout.path} is left out as {first.name} is, whose case and channels it has; nothing "
+        "is judged by it",
+    )

@@ -141,3 +141,18 @@ def test_an_effect_in_common_acts_on_the_same_sensors_in_the_case_as_on_its_curv
     changed = case.with_effects({name: SIZES[name]}).instrument
     found = {sensor for sensor, own in changed.items() if own != Instrument()}
     assert found == set(faults.get(name, ()))
+
+
+@pytest.mark.parametrize(("offset", "longer"), [(-2e-4, 1.4e-4), (-1e-4, 4e-5), (-5e-5, 0.0), (1e-4, 0.0)])
+@pytest.mark.parametrize("place", ["", f".{SENSOR}"])
+def test_an_early_record_is_simulated_until_its_end(offset: float, longer: float, place: str) -> None:
+    """The last points of a record that is 0.2 ms early were held against the simulation's last reading, repeated."""
+    case = load_case("virtual_strike")
+    found = case_with(case, [(suspect(case, f"time_offset{place}"), offset)])
+    assert found.time.end == pytest.approx(case.time.end + longer)
+    assert found.instrument[SENSOR].time_offset == pytest.approx(offset)
+
+
+def test_an_early_record_that_the_case_declares_is_left_as_it_is() -> None:
+    case = load_case("virtual_strike").with_effects({"time_offset": -2e-4})
+    assert case_with(case, [(suspect(case, "sensor_gain"), 0.1)]).time == case.time
