@@ -28,6 +28,7 @@ from birdstrike.inversion.diagnosis.instrument import (
 from birdstrike.inversion.diagnosis.plan import COARSE_PARTICLES
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.observations import reader as observed
+from birdstrike.inversion.observations.baseline import Baseline
 from birdstrike.inversion.observations.noise import Noise
 from birdstrike.inversion.observations.reader import ChannelRecord, Expected
 from birdstrike.solver.sensors.instrument import Instrument
@@ -43,7 +44,8 @@ Indices = NDArray[np.intp]
 class Trace:
     """One channel: instants (raw,) [s] on the record's clock, of which each `block` neighbours make one point.
 
-    values: (n,) SI, the means of the blocks; noise: of one instant; peak: largest magnitude, SI.
+    values: (n,) SI, the means of the blocks; noise: of one instant; peak: largest magnitude, SI; rest: what the sensor
+    reads at rest, which has been subtracted.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Trace:
     values: Array
     noise: Noise
     peak: float
+    rest: Baseline | None = None
 
     @property
     def middle(self) -> Array:
@@ -65,8 +68,12 @@ class Trace:
         return float(np.sqrt(np.diag(self.covariance()).mean()))
 
     def covariance(self) -> Array:
-        """(n, n) of the measurement noise of the points."""
-        return self.noise.covariance(self.times, self.block)
+        """(n, n) of the measurement noise of the points, and of what is uncertain in the reading at rest."""
+        noise = self.noise.covariance(self.times, self.block)
+        if self.rest is None:
+            return noise
+        columns = averaged(self.rest.columns(self.times).T, self.block)
+        return noise + columns.T @ columns
 
 
 @dataclass(frozen=True)
@@ -106,9 +113,12 @@ def averaged(values: Array, block: int) -> Array:
 def read_record(measured: Measured, expected: Expected) -> Record:
     """The record's channels as the common reader gives them, neighbours averaged where there are many.
 
+    What a sensor reads at rest is subtracted as in a calibration, but for the drift of a displacement, which is one of
+    the effects that are looked for.
+
     Raises MeasuredError for an unknown channel, another unit, or a channel with fewer than three points in the window.
     """
-    channels = observed.read_record(measured, expected, FEWEST_POINTS)
+    channels = observed.read_record(measured, expected, FEWEST_POINTS, zero=True, keep_drift=True)
     most = max(MOST_POINTS // len(channels), FEWEST_POINTS)
     warnings = tuple(text for channel in channels for text in channel.warnings)
     return Record(tuple(_trace(channel, most) for channel in channels), warnings)
@@ -128,6 +138,7 @@ def _trace(channel: ChannelRecord, most: int) -> Trace:
         values=values,
         noise=channel.noise.at(kept),
         peak=channel.peak,
+        rest=channel.baseline if channel.zeroed else None,
     )
 
 

@@ -6,7 +6,7 @@ the response; what is uncertain in it are columns of the model's error, as for a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import f as f_distribution
@@ -67,6 +67,25 @@ class Baseline:
         at = np.array([time])
         spread = NORMAL_95 * float(np.sqrt((self.columns(at) ** 2).sum()))
         return float(self.at(at)[0]) - spread, float(self.at(at)[0]) + spread
+
+    def without_drift(self) -> Baseline:
+        """What is left of it at the record's zero, to which a drift runs and from which it goes on: offset and hum.
+
+        The offset's uncertainty is that of the whole at the record's zero.
+        """
+        keep = np.eye(len(self.coefficients))
+        if len(keep) > 1:
+            keep[0, 1], keep[1, 1] = -self.middle, 0.0
+        covariance = keep @ self.covariance @ keep.T
+        covariance[0, 0] += (self.bend * self.middle**2) ** 2
+        kept = len(keep) if self.frequency else 1
+        return replace(
+            self,
+            kind=self.kind if self.frequency else SHIFTED,
+            coefficients=(keep @ self.coefficients)[:kept],
+            covariance=covariance[:kept, :kept],
+            bend=0.0,
+        )
 
     def sentence(self, name: str, unit: str) -> str:
         """What the sensor reads at rest, what is made of it, and what to do."""

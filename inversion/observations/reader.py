@@ -222,6 +222,7 @@ def read_record(
     fewest: int = 1,
     test_stated: bool = True,
     zero: bool = False,
+    keep_drift: bool = False,
 ) -> tuple[ChannelRecord, ...]:
     """Read a measured record: the points that a fit may use, each with its noise, and what was left out.
 
@@ -240,6 +241,8 @@ def read_record(
     zero : bool
         Whether the reading at rest (offset, drift, hum, by the record before contact) is subtracted from the values;
         what is uncertain in it is `baseline.columns` of the channel. Else the values are those of the file.
+    keep_drift : bool
+        Whether a displacement keeps its drift, less what it reads at the record's zero: a diagnosis looks for drifts.
 
     Returns
     -------
@@ -262,7 +265,23 @@ def read_record(
     errors = [error for name in measured.channels for error in _mismatch(measured, expected, name)]
     if errors:
         raise MeasuredError(errors)
-    return tuple(_channel(measured, expected, name, fewest, test_stated, zero) for name in measured.channels)
+    how = _Reading(fewest, test_stated, zero, keep_drift)
+    return tuple(_channel(measured, expected, name, how) for name in measured.channels)
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """How channels are read, see `read_record`."""
+
+    fewest: int
+    test_stated: bool
+    zero: bool
+    keep_drift: bool
+
+    def baseline(self, before: BeforeContact, unit: str) -> Baseline | None:
+        """What a sensor reads at rest."""
+        found = before.baseline
+        return found.without_drift() if found is not None and self.keep_drift and unit == "m" else found
 
 
 def _mismatch(measured: Measured, expected: Expected, name: str) -> list[str]:
@@ -306,33 +325,26 @@ class _Points:
         return replace(self, kept=self.kept[sound], cuts=cuts)
 
 
-def _channel(
-    measured: Measured,
-    expected: Expected,
-    name: str,
-    fewest: int,
-    test_stated: bool,
-    zero: bool,
-) -> ChannelRecord:
+def _channel(measured: Measured, expected: Expected, name: str, how: _Reading) -> ChannelRecord:
     """One channel: what shows without its noise is cut, then its noise, what shows by that is cut, then its zero."""
     measured, repeated = _without_held(measured, name)
     unit = measured.units[name]
     points = _inside_and_moving(measured, expected, name)
-    _refuse_few(measured, expected, name, fewest, points)
+    _refuse_few(measured, expected, name, how.fewest, points)
     _refuse_rest(measured, expected, name, points)
     known = measured.read_before.get(name)
     tested = known is not None and known.zeroed  # before the filter, behind which a plateau that rang is a flat top
     before = _before_contact(points, -np.inf if tested else expected.rest_until)
     noise, noise_remarks = (
-        _noise(measured, expected, name, points, before, test_stated)
+        _noise(measured, expected, name, points, before, how.test_stated)
         if known is None
         else (_noise_before(measured, name, points, known), ())
     )
     sound = points if tested else _without_noisy_faults(measured, name, points, noise)
-    _refuse_few(measured, expected, name, fewest, sound)
+    _refuse_few(measured, expected, name, how.fewest, sound)
     times, values = sound.used
-    baseline = _worthwhile(before.baseline, points.used[0], noise)
-    subtracted = baseline if zero else None
+    baseline = _worthwhile(how.baseline(before, unit), points.used[0], noise)
+    subtracted = baseline if how.zero else None
     cuts = {HELD: repeated} | {reason: sound.times[which] for reason, which in sound.cuts.items()}
     return ChannelRecord(
         name=name,

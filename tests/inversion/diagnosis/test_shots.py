@@ -11,7 +11,9 @@ from scipy.signal import lfilter
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.inversion.diagnosis.shots import Record, read_record
+from birdstrike.inversion.observations.baseline import baseline_of
 from birdstrike.inversion.observations.noise import Noise
+from birdstrike.inversion.observations.observations import observed
 from birdstrike.inversion.observations.reader import Expected
 
 STEP = 5e-6
@@ -51,6 +53,49 @@ def test_a_drifting_sensor_is_not_taken_for_noise() -> None:
     assert trace.noise.source == "case"
     assert trace.noise.correlation_time == 0.0
     assert read(drifting).traces[0].noise.level == pytest.approx(1e-4, rel=0.2)
+
+
+def test_what_a_sensor_reads_at_rest_is_subtracted_as_in_a_calibration() -> None:
+    """An offset of 0.3 mm passed for a part of the response, and for a fault of the sensor."""
+    clean = measured(WHITE)
+    shifted = replace(clean, channels={"middle": clean.channels["middle"] + 3e-4})
+    expected = Expected(UNITS, 0.0, 2e-3, 0.0, {"middle": 1e-4})
+    record = read_record(shifted, expected)
+    (trace,), (channel,) = record.traces, observed(shifted, expected).channels
+    assert trace.values == pytest.approx(channel.values)
+    assert np.mean(trace.values - clean.channels["middle"][TIME >= 0.0]) == pytest.approx(0.0, abs=2e-5)
+    assert sum("before contact" in line and "its zero is taken from there" in line for line in record.warnings) == 1
+    own = 1e-8 * np.eye(len(trace.values))
+    assert trace.covariance() - own == pytest.approx(np.full(own.shape, 1e-8 / 120), rel=0.3)
+
+
+def test_a_drift_is_left_for_the_diagnosis_to_find_less_what_it_reads_at_the_record_s_zero() -> None:
+    clean = measured(WHITE)
+    drifting = replace(clean, channels={"middle": clean.channels["middle"] + 3e-4 + 0.3 * TIME})  # m/s
+    record = read(drifting, middle=1e-4)
+    (trace,) = record.traces
+    left = trace.values - clean.channels["middle"][TIME >= 0.0]
+    assert left == pytest.approx(0.3 * TIME[TIME >= 0.0], abs=6e-5)
+    assert np.ptp(left - 0.3 * TIME[TIME >= 0.0]) < 1e-12
+    assert sum("its zero is taken from there" in line for line in record.warnings) == 1
+    force = replace(drifting, channels={"middle": 1e6 * drifting.channels["middle"]}, units={"middle": "N"})
+    (gone,) = read_record(force, Expected({"middle": "N"}, 0.0, 2e-3, 0.0, {"middle": 100.0})).traces
+    assert 1e-6 * gone.values == pytest.approx(clean.channels["middle"][TIME >= 0.0], abs=4e-4)
+    uncertain = np.diag(gone.covariance()) - 1e4
+    assert uncertain[-1] > 10.0 * uncertain[0] > 0.0  # of a drift that goes on
+
+
+@pytest.mark.parametrize("hum", [0.0, 50.0])
+def test_a_baseline_without_its_drift_is_that_of_the_record_s_zero(hum: float) -> None:
+    times = np.linspace(-0.03, -1e-4, 400)
+    noise = 1e-5 * np.random.default_rng(2).standard_normal(len(times))
+    values = 2e-3 + 0.1 * times + 5e-4 * np.sin(2.0 * np.pi * hum * times) + noise
+    whole = baseline_of(times, values, 1e-10, hum)
+    assert whole is not None
+    kept, later = whole.without_drift(), np.array([0.0, 1e-3, 2e-3])
+    slope = whole.coefficients[1]
+    assert kept.at(later) == pytest.approx(whole.at(later) - slope * later)
+    assert (kept.columns(later[:1]) ** 2).sum() == pytest.approx((whole.columns(later[:1]) ** 2).sum())
 
 
 def test_correlated_noise_is_found_with_its_covariance() -> None:
