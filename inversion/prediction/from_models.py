@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from birdstrike.data.curves import read_histories, read_measured
+from birdstrike.data.curves import Measured, read_histories, read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing
+from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
@@ -20,6 +21,7 @@ from birdstrike.inversion.models.ranking import misses
 from birdstrike.inversion.models.results import COMPARISON, ModelAnswer, ModelComparison, read_comparison
 from birdstrike.inversion.models.scaled import Scale
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
+from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.inversion.prediction.from_inversion import NO_SAMPLE, rough_draws
 from birdstrike.inversion.prediction.learnt import (
     Explanation,
@@ -138,11 +140,22 @@ def _errors(folder: Path, shot: str, models: list[str], case: Case) -> dict[str,
     contact = float(runs[models[0]].time[0]) + case.first_contact
     kept = record.time <= min(float(run.time[-1]) for run in runs.values())
     time, found = record.time[kept], dict[str, SensorError]()
-    for sensor in case.sensors:
-        if sensor in record.channels and all(sensor in run.channels for run in runs.values()):
+    for sensor, values in readings(record, case, float(time[-1])).items():
+        if all(sensor in run.channels for run in runs.values()):
             curves = {name: np.interp(time, run.time, run.channels[sensor]) for name, run in runs.items()}
-            found[sensor] = calibrated_error(case, sensor, time - contact, record.channels[sensor][kept], curves)
+            found[sensor] = calibrated_error(case, sensor, time - contact, values[kept], curves)
     return found
+
+
+def readings(record: Measured, case: Case, end: float) -> dict[str, Array]:
+    """Sensor -> readings (n,) SI less what it reads at rest, as the models were calibrated; end [s]: of the runs."""
+    known = record.only([sensor for sensor in case.sensors if sensor in record.channels])
+    read = read_record(known, Expected.of_case(case, end), test_stated=False, zero=True)
+    rest = {one.name: one.baseline for one in read if one.zeroed}
+    return {
+        sensor: values - (0.0 if (own := rest.get(sensor)) is None else own.at(record.time))
+        for sensor, values in known.channels.items()
+    }
 
 
 def _present(folder: Path, path: Path) -> Path:
