@@ -28,7 +28,7 @@ from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.solver.build import middle_of, rest_mesh
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
-from birdstrike.solver.effects.registry import effects_of
+from birdstrike.solver.effects.registry import effects, effects_of
 from birdstrike.solver.sensors.displacement import Displacement
 
 COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
@@ -332,7 +332,24 @@ def with_probes(case: Case) -> Case:
     """
     if case.solver.name == "external":
         return case
-    return case.with_sensors(candidates(case))
+    return _with_own_instruments(case).with_sensors(candidates(case))
+
+
+def _with_own_instruments(case: Case) -> Case:
+    """The case with what its effects make of its sensors' instruments written there, so that they stay these sensors'.
+
+    The effects act on displacements where there are any, so that a case of strains would lose them to the candidates.
+    The clock is that of all sensors.
+    """
+    own = {name: x for name, x in case.effects.items() if name in INSTRUMENT and name != "time_offset"}
+    if not own:
+        return case
+    rest = case.with_effects({name: x for name, x in case.effects.items() if name not in own})
+    table: dict[str, dict[str, Any]] = {}
+    for name, x in own.items():
+        for sensor, settings in effects()[name].change(rest, x).get("instrument", {}).items():
+            table.setdefault(sensor, {}).update(settings)
+    return rest.overlaid({"instrument": table})
 
 
 def _has(case: Case, kind: str, place: tuple[float, float]) -> bool:

@@ -12,6 +12,7 @@ from birdstrike.inversion.diagnosis import before_and_after
 from birdstrike.inversion.diagnosis.before_and_after import case_with
 from birdstrike.inversion.diagnosis.hypotheses import Suspect
 from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature, with_faults
+from birdstrike.inversion.diagnosis.plan import with_probes
 from birdstrike.solver.case.case import Case, case_from_table, load_case
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, recorded
@@ -156,3 +157,18 @@ def test_an_early_record_is_simulated_until_its_end(offset: float, longer: float
 def test_an_early_record_that_the_case_declares_is_left_as_it_is() -> None:
     case = load_case("virtual_strike").with_effects({"time_offset": -2e-4})
     assert case_with(case, [(suspect(case, "sensor_gain"), 0.1)]).time == case.time
+
+
+@pytest.mark.parametrize("kinds", [("gauge", "support"), (SENSOR, "gauge")])
+def test_the_effects_of_a_case_stay_with_its_own_sensors_beside_candidate_ones(kinds: tuple[str, ...]) -> None:
+    """The gain of a case of strains went over to the candidate displacements, and its own curves lacked it."""
+    sensors = {name: FORCED.get(name, {"kind": "displacement"}) for name in kinds}
+    acting = {"sensor_gain": 0.1, "sensor_bandwidth": 3e-5, "time_offset": 2e-5, "plate_thickness": 2e-4}
+    table = {**load_case("virtual_strike").table, "sensors": sensors, "instrument": {kinds[0]: {"gain": 1.5}}}
+    case = case_from_table({key: one for key, one in table.items() if key != "inversion"}).with_effects(acting)
+    probed = with_probes(case)
+    assert len(probed.sensors) > len(case.sensors)
+    for name in kinds:
+        assert probed.instrument[name].model_dump() == pytest.approx(case.instrument[name].model_dump())
+    assert probed.plate.thickness == case.plate.thickness
+    assert probed.with_effects(probed.effects).instrument == probed.instrument
