@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from birdstrike.data.histories import Array
 from birdstrike.reports.verification.columns import SEED
 from birdstrike.reports.verification.problems.target import sliding_layer
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
-from birdstrike.solver.kernels.contact.friction import invert_inertia, slip_on_facet
+from birdstrike.solver.kernels.contact.border_friction import invert_inertia, slip_at_border
+from birdstrike.solver.kernels.contact.friction import slip_on_facet, tangents
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import plate_mesh, shell_mesh
 from birdstrike.solver.target.rectangle import plate_of
@@ -45,28 +47,54 @@ def sliding_saddle(plate: Target) -> tuple[Bird, Contact]:
     return bird, contact
 
 
-@pytest.mark.parametrize("turn", [[300.0, 0.0, 0.0], [0.0, 300.0, 0.0], [0.0, 0.0, 300.0], [120.0, -250.0, 90.0]])
-@pytest.mark.parametrize("tilt", [0.0, 0.7, 1.4])
-@pytest.mark.parametrize("lean", [0.0, 1.5, 0.5 * np.pi])
-def test_a_particle_that_turns_with_a_rigid_plate_does_not_slip(turn: list[float], tilt: float, lean: float) -> None:
-    """Plate and particle at its height above the mid-surface as one body, however it lies, and at its border as well.
+turning = pytest.mark.parametrize(
+    "turn", [[300.0, 0.0, 0.0], [0.0, 300.0, 0.0], [0.0, 0.0, 300.0], [120.0, -250.0, 90.0]]
+)
+HEIGHT = 4e-3
 
-    lean [rad]: of the line from the foot to the particle out of the facet's normal.
+
+def particle_and_facet(tilt: float, lean: float, at: Array) -> tuple[Array, Array, Array, Array]:
+    """Particle, facet, the line from its foot at natural coordinates `at`, and a tangent; lean: off the facet's normal.
+
+    The facet's normal lies in the plane of y and z, `tilt` off z [rad].
     """
-    height, up = 4e-3, np.array([0.0, -np.sin(tilt), np.cos(tilt)])
+    up = np.array([0.0, -np.sin(tilt), np.cos(tilt)])
     along = np.array([[1.0, 0.0, 0.0], np.cross(up, [1.0, 0.0, 0.0])])
     normal = np.cos(lean) * up + np.sin(lean) * along[0]
     nodes = 0.01 * np.array([[-1.0, -1.2], [1.1, -0.9], [1.0, 1.0], [-0.8, 1.1]]) @ along + [0.05, -0.02, 0.03]
-    at = np.array([0.3 if lean == 0.0 else 1.0, -0.4])  # the foot's natural coordinates
     shape = 0.25 * (1.0 + at[0] * np.array([-1, 1, 1, -1])) * (1.0 + at[1] * np.array([-1, -1, 1, 1]))
-    particle = shape @ nodes + height * normal
+    return shape @ nodes + HEIGHT * normal, nodes, normal, along[1]
+
+
+@turning
+@pytest.mark.parametrize("tilt", [0.0, 0.7, 1.4])
+def test_a_particle_that_turns_with_a_rigid_plate_does_not_slip(turn: list[float], tilt: float) -> None:
+    """Plate and particle at its height above the mid-surface as one body, in both tangents, however it lies."""
+    at = np.array([0.3, -0.4])
+    particle, nodes, normal, _ = particle_and_facet(tilt, 0.0, at)
+    base, corner, slip = np.zeros((2, 3)), np.zeros((4, 2)), np.zeros(2)
+    foot = np.array([*at, HEIGHT, *normal])
+    tangents(foot, base)
+    state = (np.cross(turn, particle), nodes, np.cross(turn, nodes), np.arange(4), foot, base, corner, slip)
+    assert slip_on_facet(*state)[0] > 0.0
+    assert np.abs(slip).max() < 1e-12 * 300.0
+    assert slip_on_facet(state[0] + 7.0 * base[0] - 3.0 * base[1], *state[1:])[0] > 0.0
+    assert slip == pytest.approx([7.0, -3.0])
+
+
+@turning
+@pytest.mark.parametrize("tilt", [0.0, 0.7, 1.4])
+@pytest.mark.parametrize("lean", [1.1, 1.5, 0.5 * np.pi])
+def test_a_particle_at_the_border_of_a_rigid_plate_does_not_slip(turn: list[float], tilt: float, lean: float) -> None:
+    """The same where the line from the border to the particle lies in the plate's plane, or nearly."""
+    at = np.array([1.0, -0.4])
+    particle, nodes, normal, across = particle_and_facet(tilt, lean, at)
     corner, inverse, slip = np.zeros((4, 3)), np.zeros((3, 3)), np.zeros(3)
-    foot, quad = np.array([*at, height, *normal]), np.arange(4)
-    assert invert_inertia(nodes, quad, corner, inverse)
-    where = (np.cross(turn, nodes), quad, foot, corner, inverse, slip)
-    assert slip_on_facet(np.cross(turn, particle), *where) < 1e-11 * 300.0
-    sliding = 7.0 * along[1] - 3.0 * np.cross(normal, along[1])
-    assert slip_on_facet(np.cross(turn, particle) + sliding + 5.0 * normal, *where) == pytest.approx(np.sqrt(58.0))
+    assert invert_inertia(nodes, np.arange(4), corner, inverse)
+    where = (np.cross(turn, nodes), np.arange(4), np.array([*at, HEIGHT, *normal]), corner, inverse, slip)
+    assert slip_at_border(np.cross(turn, particle), *where) < 1e-11 * 300.0
+    sliding = 7.0 * across - 3.0 * np.cross(normal, across)
+    assert slip_at_border(np.cross(turn, particle) + sliding + 5.0 * normal, *where) == pytest.approx(np.sqrt(58.0))
     assert slip == pytest.approx(sliding)
 
 
@@ -85,7 +113,7 @@ def pressed_on_a_free_edge(lean: float, triangles: bool) -> tuple[Bird, Target, 
 
 
 both_shells = pytest.mark.parametrize("triangles", [False, True])
-leaning = pytest.mark.parametrize("lean", [0.0, 1e-4, 5e-3, 0.05, 0.6])
+leaning = pytest.mark.parametrize("lean", [0.0, 1e-4, 5e-3, 0.05, 0.3, 0.52, 0.53, 0.8])
 
 
 @both_shells
