@@ -19,6 +19,7 @@ from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.section import Section, SectionTable
 
 HOURGLASS_COEFFICIENT = 0.05
+SQUARE = 1e-9  # of the metric: rounding of a square
 ENERGIES = ("plate_internal", "plate_hourglass", "plate_eroded")
 
 
@@ -58,9 +59,25 @@ class ShellBlock:
         self.force = np.zeros((e, 4, 6))
         self.works, self.taken = np.zeros((2, e)), np.zeros((2, e))
         self.set_up(nodes)
-        self.size = np.sqrt(self.shape[:, 4] / self.square_share)
+        self.size = self.sizes_across_a_crack(nodes)
         self.energies: dict[str, float] = dict.fromkeys(ENERGIES, 0.0)
         self.lost = (0, 0.0, 0.0)
+
+    def sizes_across_a_crack(self, nodes: Array) -> Array:
+        """(e, 4) The element's size [m], and by what it is longer or shorter along a direction, see `crack_band`."""
+        first, second = self.mid_lines(nodes)
+        axes = self.frame.reshape(-1, 3, 3)[:, :2]
+        jacobian = np.stack([np.einsum("eac,ec->ea", axes, one) for one in (first, second)], axis=2)
+        area = self.shape[:, 4] / self.square_share
+        metric = area[:, None, None] * np.linalg.inv(jacobian @ jacobian.transpose(0, 2, 1))
+        off = np.stack([metric[:, 0, 0] - 1.0, metric[:, 1, 1] - 1.0, metric[:, 0, 1]], axis=1)
+        off[np.abs(off).max(axis=1) < SQUARE] = 0.0
+        return np.column_stack([np.sqrt(area), off])
+
+    def mid_lines(self, nodes: Array) -> tuple[Array, Array]:
+        """The lines between the middles of opposite sides, 2 x (e, 3) [m]."""
+        a, b, c, d = (nodes[self.quads[:, corner]] for corner in range(4))
+        return 0.5 * (b + c - a - d), 0.5 * (c + d - a - b)
 
     def set_up(self, nodes: Array) -> None:
         """Geometry at rest: nodes of the target (m, 3) [m]."""

@@ -43,6 +43,14 @@ class TriangleBlock(ShellBlock):
         squared = self.thickness**2
         self.shear_root = np.sqrt(squared / (squared + SHEAR_STABILISATION * longest**2))
 
+    def mid_lines(self, nodes: Array) -> tuple[Array, Array]:
+        """The sides at the largest angle, 2 x (e, 3) [m]: the mid-lines of the quadrilateral of two such triangles."""
+        corners = nodes[self.triangles]
+        sides = np.roll(corners, -1, axis=1) - corners
+        facing = np.argmax((np.roll(sides, -1, axis=1) ** 2).sum(axis=2), axis=1)
+        at = np.arange(len(sides))
+        return sides[at, facing], -sides[at, facing - 1]
+
     def update_geometry(self, x: Array) -> None:
         """Frames and gradients of the present positions (m, 3) [m]."""
         triangle_geometry(x, self.triangles, self.alive, self.at_rest, self.frame, self.shape)

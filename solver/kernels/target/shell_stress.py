@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from birdstrike.solver.kernels.target.metal import CONSTANTS, EPS_P, FAILURE, FLOW, KINEMATIC, POISSON, YIELD, YOUNG
+from birdstrike.solver.kernels.target.metal import (
+    CONSTANTS,
+    EPS_P,
+    FAILURE,
+    FLOW,
+    KINEMATIC,
+    POISSON,
+    YIELD,
+    YOUNG,
+    crack_band,
+)
 from birdstrike.solver.kernels.target.plasticity import (
     GROWTH,
     age,
@@ -111,7 +121,8 @@ def settle_layers(begin, queued, sections, plain, layers, size, dt, queue, beyon
             failed = eps_p >= law[layer, FAILURE]
         else:
             moved = (back_x, back_y, back_xy)
-            failed = age(law[layer], stress[e, k], back[e, k], moved, memory[e, k], growth, size[e], dt)
+            band = crack_band(law[layer], size[e], stress[e, k])
+            failed = age(law[layer], stress[e, k], back[e, k], moved, memory[e, k], growth, band, dt)
         if failed:
             gone[e, k] = True
             stress[e, k, 0] = stress[e, k, 1] = stress[e, k, 2] = 0.0
@@ -157,8 +168,9 @@ def update_shell_stress(strain, area, alive, sections, size, dt, layers, resulta
     """Stress of every layer after the strain increments, the resultants, and the work of the step.
 
     strain: (e, 8) increments; area: (e,) [m^2]; sections: of each element (e,), first layer of each (s + 1,), heights
-    and weights of the layers (l, 2) [m], rows of their laws (l, ROW); size: (e,) [m]; dt [s]; layers: stress, back
-    (e, k, 3) [Pa], memory (e, k, MEMORY), gone (e, k), in and out; resultant (e, 8); out: work (e,) [J].
+    and weights of the layers (l, 2) [m], rows of their laws (l, ROW); size: (e, 4), see `metal.crack_band`; dt [s];
+    layers: stress, back (e, k, 3) [Pa], memory (e, k, MEMORY), gone (e, k), in and out; resultant (e, 8); out: work
+    (e,) [J].
     A layer that fails carries nothing from then on, and takes its share of the transverse shear with it.
     """
     of_layers = moduli(sections[3])
