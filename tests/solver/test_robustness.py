@@ -114,6 +114,19 @@ def test_a_run_whose_contact_creates_energy_fails(monkeypatch: pytest.MonkeyPatc
         simulate(tiny())
 
 
+def test_a_balance_that_is_off_names_a_courant_number_that_mends_it(monkeypatch: pytest.MonkeyPatch):
+    """A shallow strike, whose normal energy is little: refused under a limit of half its error, and then not."""
+    shallow = {"impact__angle": "15 deg", "plate__length": "600 mm"}
+    error = simulate(tiny(**shallow)).summary["worst_energy_error"]
+    monkeypatch.setattr("birdstrike.solver.checks.BALANCE_LIMIT", 0.5 * error)
+    with pytest.raises(RunFailed, match=r"lower solver\.courant to 0\.\d+ or refine bird\.particles") as caught:
+        simulate(tiny(**shallow))
+    named = re.search(r"courant to (0\.\d+)", caught.value.remedy)
+    assert named is not None
+    assert 0.4 < float(named[1]) < 0.6
+    assert simulate(tiny(**shallow, solver__courant=named[1])).summary["worst_energy_error"] < 0.5 * error
+
+
 def test_friction_that_gives_energy_fails_the_run(monkeypatch: pytest.MonkeyPatch):
     """Turned round on every tenth particle: the others' heat and the energy balance hide it."""
     strike = in_contact(impact__friction="0.3")
