@@ -163,7 +163,8 @@ class Contact:
         self.spacing = bird.spacing
         self.stiffness = bird.bulk_modulus * self.spacing
         self.side, quads, across = seen_from(bird, plate)
-        cut = [whole_sheet(quads, across)] if plate.one_sided else sheets_of(plate.x, plate.quads)
+        tied = {} if plate.ties is None else plate.ties.followed
+        cut = [whole_sheet(quads, across)] if plate.one_sided else sheets_of(plate.x, plate.quads, tied)
         of_all = (np.full((len(cut), bird.n), NOTHING), np.zeros((len(cut), bird.n)))
         self.sheets = [SheetContact(sheet, plate, bird, *of_all, number) for number, sheet in enumerate(cut)]
         self.gap = float(max(sheet.gap.max() for sheet in self.sheets))

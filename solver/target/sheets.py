@@ -8,7 +8,7 @@ that a particle in a corner feels both walls, and each is wound alike, whichever
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -16,8 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
+from birdstrike.solver.kernels.contact.sheet_contact import nearest_on_facet
 from birdstrike.solver.target.mesh import is_triangle, sides_by_edge, sides_of
 
+ON_A_SIDE = 1e-6  # of a facet's size: as near to a point as its neighbour is
 TINY = 1e-300  # [m]: a side that is a point has no direction
 SMOOTH = math.cos(math.radians(45.0))
 """Of the largest angle by which a sheet bends over an edge; a sharper fold makes two, one of which owns the edge."""
@@ -58,12 +60,12 @@ Meeting = dict[int, list[tuple[int, bool]]]
 """At a side, by its place 4 f + s: the facets of other sheets that meet there, and whether the edge is theirs first."""
 
 
-def sheets_of(nodes: Array, quads: Numbers) -> list[Sheet]:
-    """Cut facets (e, 4) on nodes (m, 3) into sheets."""
+def sheets_of(nodes: Array, quads: Numbers, tied: Mapping[int, Numbers] | None = None) -> list[Sheet]:
+    """Cut facets (e, 4) on nodes (m, 3) into sheets; tied: the nodes that each tied node follows."""
     order, start, _ = sides_by_edge(quads)
     edges = np.split(order, start[1:])  # the sides that meet at each, by their places 4 f + s
     beyond = _beyond(nodes, quads, edges)
-    meeting = _meeting(edges, beyond)
+    meeting = _meeting(edges, beyond) | _welded(nodes, quads, edges, tied or {})
     label, turned = _wound_alike(quads, beyond)
     parts = [np.flatnonzero(label == one) for one in range(label.max() + 1)]
     return [_sheet(part, quads, label, turned, beyond, meeting) for part in parts]
@@ -109,6 +111,37 @@ def _meeting(edges: Sequence[Numbers], beyond: Numbers) -> Meeting:
                 others = [(int(one) // 4, bool(beyond[one] >= 0 or one < place)) for one in places if one != place]
             found[int(place)] = others
     return found
+
+
+def _welded(nodes: Array, quads: Numbers, edges: Sequence[Numbers], tied: Mapping[int, Numbers]) -> Meeting:
+    """The borders by which webs that stand on a surface are tied onto it: the edge is the surface's, as at a T-joint.
+
+    The border of a sheet that is tied flat onto another is touched as any.
+    """
+    found: Meeting = {}
+    ends, away = sides_of(quads), _away_from_sides(nodes, quads)
+    for places in edges:
+        followed = [tied[node] for node in ends[places[0]].tolist() if node in tied]
+        if len(places) > 1 or len(followed) < 2:
+            continue
+        near = np.flatnonzero(np.isin(quads, np.concatenate(followed)).any(axis=1))
+        under = _nearest_facets(nodes[ends[places[0]]].mean(axis=0), nodes, quads, near)
+        corners = nodes[quads[under[0]]]
+        normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
+        if abs(float(normal @ away[places[0]])) > SMOOTH * float(np.linalg.norm(normal)):
+            found[int(places[0])] = [(facet, True) for facet in under]
+    return found
+
+
+def _nearest_facets(point: Array, nodes: Array, quads: Numbers, near: Numbers) -> list[int]:
+    """Of these facets (k,) those that a point (3,) is nearest to: two where that is on their common side."""
+    distance = np.full(len(near), np.inf)
+    for number, facet in enumerate(near):
+        foot = np.zeros(6)
+        if nearest_on_facet(point, nodes, quads[facet], foot):
+            distance[number] = abs(foot[2])
+    size = np.linalg.norm(np.ptp(nodes[quads[near[0]]], axis=0))
+    return near[distance <= distance.min() + ON_A_SIDE * size].tolist()
 
 
 def _wound_alike(quads: Numbers, beyond: Numbers) -> tuple[Numbers, NDArray[np.bool_]]:

@@ -12,8 +12,11 @@ from birdstrike.reports.verification.columns import SEED
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.links.anchors import Anchors, Surface, weights_of_line
+from birdstrike.solver.target.links.ties import Ties
 from birdstrike.solver.target.mesh import shell_mesh
 from birdstrike.solver.target.nodes import Nodes
+from birdstrike.solver.target.part_mesh import PartMesh
 from birdstrike.solver.target.section import Section, ShellMaterial
 from birdstrike.solver.target.sheets import sheets_of
 from birdstrike.solver.target.supports import NAMED, rim_supports
@@ -125,6 +128,45 @@ def test_no_particle_that_slides_over_a_joint_gets_through(triangles):
     contact = fly(target, bird, 1500, 2e-7, np.array([0.0, 0.0, -2e6]))
     assert (bird.x[: bird.n, 2] > 0.4 * (THICKNESS[0] + SPACING)).all()
     assert contact.touching > 0
+
+
+def tied_web(below: float, cells: int) -> Target:
+    """As `stiffened` with the blade's nodes its own, `below` the skin [m], `cells` along it, tied onto the skin."""
+    skin = grid(np.array([-0.1, -0.05, 0.0]), X, Y, (10, CELLS))
+    blade = grid(np.array([0.0, -0.05, -below]), -Z, Y * CELLS / cells, (2, cells))
+    nodes = np.concatenate([skin[0], blade[0]])
+    quads = np.concatenate([skin[1], blade[1] + len(skin[0])])
+    parts = PartMesh(nodes, quads, (np.arange(len(quads)) >= len(skin[1])).astype(np.int64), ("skin", "web"), {})
+    top = len(skin[0]) + np.flatnonzero(blade[0][:, 2] == -below)
+    border = np.column_stack([top[:-1], top[1:]])
+    rows = weights_of_line(Surface.of(parts, "skin"), nodes, border, top)
+    ties = Ties(top, Anchors.of(rows[int(node)] for node in top), nodes)
+    sections = [Section(thickness, STEEL.density, STEEL.row()) for thickness in THICKNESS]
+    blocks = shell_blocks(nodes, quads, sections, parts.part)
+    mesh = shell_mesh(nodes, quads)
+    return Target(mesh, Nodes(nodes), blocks, rim_supports(mesh, NAMED["free"]), ties=ties)
+
+
+@pytest.mark.parametrize(("below", "cells"), [(0.0, CELLS), (0.0, 7), (0.001, CELLS), (0.002, 7)])
+def test_the_edge_of_a_tied_web_is_not_touched_through_the_skin(below, cells):
+    """Pressed onto the skin from the front, over the web and beside it: pushed by the skin alone, as by a merged one.
+
+    Torn open, the skin lays the web's edge bare.
+    """
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(-0.03, 0.03, 31), np.linspace(-0.043, 0.043, 9)))
+    start = np.column_stack([x, y, np.full_like(x, 0.5 * (THICKNESS[0] + SPACING) - 2e-4)])
+    target = tied_web(below, cells)
+    bird = particles(start, np.zeros_like(start))
+    contact = Contact(bird, target)
+    contact.update_forces(bird, target)
+    assert contact.touching == len(x)
+    assert contact.on_bird == pytest.approx(np.tile(contact.stiffness * 2e-4 * Z, (len(x), 1)), rel=1e-6, abs=1e-6)
+    target.blocks[0].alive[: 10 * CELLS] = False
+    away = particles(start + 0.01 * Z, np.tile(-40.0 * Z, (len(x), 1)))
+    contact = fly(target, away, 400, 1e-6)
+    falling = away.v[: away.n, 2]
+    assert (falling[np.abs(x) < 3e-3] > 0.0).all(), "thrown back by the edge"
+    assert (falling[np.abs(x) > 0.5 * (THICKNESS[1] + SPACING)] == -40.0).all()
 
 
 def test_a_particle_in_a_corner_touches_both_walls():

@@ -40,6 +40,12 @@ class Ties:
         self.followers, self.anchors = followers, anchors
         self.arm = rest[followers] - anchors.means(rest)
 
+    @property
+    def followed(self) -> dict[int, NDArray[np.int64]]:
+        """The nodes that each follower follows."""
+        rows = np.split(self.anchors.member, self.anchors.start[1:-1])
+        return dict(zip(self.followers.tolist(), rows, strict=True))
+
     def again(self, rest: Array) -> Ties:
         """The same at rest."""
         return Ties(self.followers, self.anchors, rest)
