@@ -7,19 +7,25 @@ simulated in the linear system; the p-value is the mean over the amplitudes' pos
 Bayarri & Berger, J. Am. Stat. Assoc. 95 (2000) 1127).
 
 Required discrepancy of a model: the smallest model error, one share of the peak for every kind of sensor, with which
-the record is consistent. Consistent: the model's marginal likelihood is within 1.35 of its largest over the share, the
-one-sided 95 % limit of a likelihood ratio with one degree of freedom (Wilks, Ann. Math. Stat. 9 (1938) 60: half of the
-chi-square quantile 2.71).
+the record is consistent. Consistent: the share is not too small for what the model leaves (its marginal likelihood is
+within 1.35 of its largest over the share, or the share is larger), and from there on no other model is likelier by more
+than 1.35 at the same share: a model error of that size can stand in for what the model lacks. 1.35 is the one-sided
+95 % limit of a likelihood ratio with one degree of freedom (Wilks, Ann. Math. Stat. 9 (1938) 60: half of the chi-square
+quantile 2.71). By the first condition alone all models would need the same share, that of the rough part of the
+residual, which has many degrees of freedom and which no effect explains.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 import numpy as np
 from scipy.linalg import block_diag
 from scipy.special import logsumexp
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.evidence import BIRDS_APART, UNNAMED, ModelTester
+from birdstrike.inversion.diagnosis.evidence import UNNAMED, ModelTester
+from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.results.diagnosis import LEAST_SHARE, MOST_SHARE, NONE, SOMETHING_ELSE
 
@@ -30,23 +36,43 @@ WITHIN = 1.35
 def required_discrepancy(ranking: Ranking) -> dict[str, float | None]:
     """Model -> share of the peak; None where even half of the peak is not enough.
 
-    Pairs and something else are left out.
+    Pairs and something else are left out. A model is weighed against the others where it fits itself: about other
+    places their likelihoods would differ by how curves bend.
     """
+    fits = {label: ranking.fits.get(label, ranking.fits[NONE]) for label in _weighed(ranking)}
+    tables = {id(fit): _likelihoods(ranking, fit) for fit in {id(one): one for one in fits.values()}.values()}
     found: dict[str, float | None] = {}
-    testers: dict[int, ModelTester] = {}
-    for label, model in ranking.models.items():
-        if len(model.members) > 1 or label == SOMETHING_ELSE:
-            continue
-        fit = ranking.fits.get(label, ranking.fits["none"])
-        tester = testers.setdefault(id(fit), at_shares(fit))
-        found[label] = smallest(tester.at_nodes(model, list(ranking.evidence[label].h)))
+    for label, fit in fits.items():
+        table = tables[id(fit)]
+        # An effect may be of no size: what the prior's room for one costs makes no record inconsistent with it.
+        found[label] = smallest(np.maximum(table[label], table[NONE]), table.values())
     return found
 
 
+def _weighed(ranking: Ranking) -> dict[str, Hypothesis]:
+    """None and the single effects."""
+    return {
+        label: model for label, model in ranking.models.items() if len(model.members) < 2 and label != SOMETHING_ELSE
+    }
+
+
+def _likelihoods(ranking: Ranking, fit: Fit) -> dict[str, Array]:
+    """Model -> (shares,) log marginal likelihood, all about the place of one fit, the birds' distance averaged."""
+    tester = at_shares(fit)
+    return {
+        label: np.logaddexp.reduce(
+            tester.at_nodes(model, list(ranking.evidence[label].h)).reshape(-1, len(SHARES)), axis=0
+        )
+        for label, model in _weighed(ranking).items()
+    }
+
+
 def at_shares(fit: Fit) -> ModelTester:
-    """The fit's system tested at common shares."""
+    """The fit's system tested at common shares, with the birds as far apart as the fit may have them.
+
+    Unnamed errors are the smallest: they stand for model error too.
+    """
     combinations = np.repeat(SHARES[:, None], len(fit.tester.kinds), axis=1)
-    own = (max(BIRDS_APART),)  # a bird of its own: the least that a model could need
     return ModelTester(
         system=fit.system,
         known=fit.tester.known,
@@ -54,15 +80,18 @@ def at_shares(fit: Fit) -> ModelTester:
         scale=fit.tester.scale,
         combinations=combinations,
         unnamed=(UNNAMED[0],),
-        apart=own,
+        apart=tuple(np.unique(fit.tester.apart)),
     )
 
 
-def smallest(logs: Array) -> float | None:
-    """The smallest consistent share of log likelihoods (shares,)."""
+def smallest(logs: Array, others: Iterable[Array] = ()) -> float | None:
+    """The smallest consistent share of a model's log likelihoods (shares,); others: those of the models beside it."""
     if int(logs.argmax()) == len(logs) - 1:
         return None
-    return float(SHARES[int(np.flatnonzero(logs >= logs.max() - WITHIN)[0])])
+    first = int(np.flatnonzero(logs >= logs.max() - WITHIN)[0])
+    behind = np.flatnonzero(np.max([logs, *others], axis=0) - logs > WITHIN)
+    enough = max(first, int(behind[-1]) + 1) if len(behind) else first
+    return float(SHARES[enough]) if enough < len(SHARES) else None
 
 
 DRAWS = 2000

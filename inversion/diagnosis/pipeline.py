@@ -522,12 +522,13 @@ def _close(ranking: Ranking, chosen: str | None, ahead: float) -> list[str]:
 
 
 def _at_limit(ranking: Ranking, effect: str) -> list[str]:
-    """A warning where the search for an effect's magnitude ends at its limit."""
+    """A warning where the search for an effect's magnitude ended at the largest looked at."""
     if not magnitude_of(ranking, effect)[2]:
         return []
     return [
-        f"{effect}: the magnitude reaches the largest that was looked at; the effect is at least that large, or "
-        "something that is not in the library looks like it, so that it is not attributed; look at the rig for either"
+        f"{effect}: the magnitude reaches the largest that was looked at, so that it is not attributed: the true one "
+        "may be larger, and only the end of its interval towards 0 is known; or something that is not in the library "
+        "looks like it; measure this quantity at the rig"
     ]
 
 

@@ -105,7 +105,7 @@ def in_its_sense(one: EffectFigures) -> str:
 
 
 def magnitude_words(one: EffectFigures) -> str:
-    """ "+0.2 mm (95 %: +0.1 .. +0.3 mm)"; "beyond" a value where the limit of what was looked at is reached."""
+    """ "+0.2 mm (95 %: +0.1 .. +0.3 mm)"; "or beyond" where the limit of what was looked at is reached."""
     if one.magnitude is None:
         return ""
     if one.at_bound:
@@ -118,16 +118,15 @@ def magnitude_words(one: EffectFigures) -> str:
 
 
 def beyond(magnitude: float, interval_95: Sequence[float] | None, text: Callable[[float], str]) -> str:
-    """Of a magnitude at the largest that was looked at, what it lies beyond: its interval's end nearest to 0.
+    """Of a magnitude at the largest that was looked at: that end, and the one end of its interval that is known.
 
-    Of an interval that holds 0 there is no such thing: its other end, and that it reaches beyond what was looked at.
+    `+0.3 mm or beyond, the largest looked at (95 %: above +0.2 mm)`, and `below -0.2 mm` of a negative one.
     """
     if interval_95 is None:
-        return f"beyond {text(magnitude)}"
+        return f"{text(magnitude)} or beyond, the largest looked at"
     low, high = interval_95
-    if low <= 0.0 <= high:
-        return f"from {text(low if magnitude > 0.0 else high)} to beyond {text(magnitude)}"
-    return f"beyond {text(min(low, high, key=abs))}"
+    largest, known = (high, f"above {text(low)}") if magnitude > 0.0 else (low, f"below {text(high)}")
+    return f"{text(largest)} or beyond, the largest looked at (95 %: {known})"
 
 
 def _unless(found: Diagnosis) -> str:

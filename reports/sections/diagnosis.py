@@ -60,7 +60,8 @@ def verdict_section(results: DiagnosisResults) -> Section:
         "in pairs. Beforehand it is as likely as not that nothing is missing, and the other half is shared equally "
         "among families and their effects. Right: the "
         "smallest error of the simulation, as a share of the signal's peak, with which the model agrees with the "
-        "record; a model that needs more than a sound simulation errs by (1 to 3 %) is not believable."
+        "record: enough for what the model leaves unexplained, and for no other model to be clearly likelier. A model "
+        "that needs more than a sound simulation errs by (1 to 3 %) is not believable."
     )
     blocks.append(drawing("probabilities", probability_figure(found), likely))
     left = (

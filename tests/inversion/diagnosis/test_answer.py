@@ -76,15 +76,16 @@ def test_no_other_effect_has_two_opposites_in_its_meaning() -> None:
 @pytest.mark.parametrize(
     ("interval", "words"),
     [
-        ((2e-4, 3e-4), "beyond +0.2 mm"),
-        ((-3e-4, -2e-4), "beyond -0.2 mm"),
-        ((-1e-5, 3e-4), "from -0.01 mm to beyond +0.3 mm"),
-        ((0.0, 3e-4), "from 0 mm to beyond +0.3 mm"),
+        ((2e-4, 3e-4), "+0.3 mm or beyond, the largest looked at (95 %: above +0.2 mm)"),
+        ((-3e-4, -2e-4), "-0.3 mm or beyond, the largest looked at (95 %: below -0.2 mm)"),
+        ((-1e-5, 3e-4), "+0.3 mm or beyond, the largest looked at (95 %: above -0.01 mm)"),
+        ((0.0, 3e-4), "+0.3 mm or beyond, the largest looked at (95 %: above 0 mm)"),
     ],
 )
-def test_at_the_largest_looked_at_the_end_nearest_to_0_is_told_or_that_0_is_within(
+def test_at_the_largest_looked_at_that_end_and_the_one_that_is_known_are_told_apart(
     interval: tuple[float, float], words: str
 ) -> None:
+    """ "beyond +0.2 mm", its lower 95 % end, stood beside "at least as large as the largest looked at", 0.3 mm."""
     size = max(interval, key=abs)
     at_bound = replace(figures("plate_thickness", interval), magnitude=size, at_bound=True, unit="m")
     assert magnitude_words(at_bound) == words

@@ -16,7 +16,7 @@ from sklearn.gaussian_process.kernels import Matern
 
 from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.diagnosis.alarm import alarm
+from birdstrike.inversion.diagnosis.alarm import SHARES, alarm, required_discrepancy
 from birdstrike.inversion.diagnosis.answer import verdict_of
 from birdstrike.inversion.diagnosis.baseline import Baselines
 from birdstrike.inversion.diagnosis.before_and_after import Held, predicts_better
@@ -209,6 +209,43 @@ def alarm_of(y: np.ndarray, nodes: np.ndarray) -> float:
     fit: Any = SimpleNamespace(tester=tester, evidence=tester.model(every[NONE]))
     ranking: Any = SimpleNamespace(fits={NONE: fit}, models=every, singles=singles(every))
     return alarm(ranking, 0, 99)
+
+
+def required(y: np.ndarray) -> dict[str, float | None]:
+    """Of the made-up shot, all models about the place of none."""
+    every = models()
+    tester = ModelTester(system(0, y), known(np.array([0.01])))
+    fit: Any = SimpleNamespace(system=tester.system, tester=tester)
+    evidence = {label: tester.model(model) for label, model in every.items()}
+    ranking: Any = SimpleNamespace(fits={NONE: fit}, models=every, evidence=evidence)
+    return required_discrepancy(ranking)
+
+
+def test_each_model_requires_a_model_error_of_its_own() -> None:
+    """Every model was told the share of the residual's rough part, the right one's as much as a wrong one's."""
+    s, rng = system(0), np.random.default_rng(4)
+    sound = rng.multivariate_normal(np.zeros(POINTS), covariance(s, 0.01, UNNAMED[0]))
+    signature = s.columns[:, s.at["e1"].start]
+    clean, struck = required(sound), required(sound + 2.0 * signature)
+    assert struck["e1"] is not None
+    others = {label: share for label, share in struck.items() if label != "e1"}
+    least = 2.0 * struck["e1"]
+    assert all(share is None or share > least for share in others.values())
+    assert clean[NONE] == pytest.approx(struck["e1"], abs=0.02)
+    assert all(share is not None and share <= (clean[NONE] or 0.0) for share in clean.values())
+
+
+def test_a_model_error_stands_in_for_an_effect_where_it_makes_both_as_likely() -> None:
+    """The none of a planted effect: at the share told the effect is no likelier by 1.35, one step below it is."""
+    s = system(0)
+    y = 0.7 * s.columns[:, s.at["e1"].start] + np.random.default_rng(5).standard_normal(POINTS)
+    share = required(y)[NONE]
+    assert share is not None
+    below = SHARES[np.searchsorted(SHARES, share * 0.999) - 1]
+    tester = ModelTester(system(0, y), known(np.array([below, share])), unnamed=UNNAMED[:1])
+    none, effect = (tester.at_nodes(models()[label], [0.0] * (label != NONE)) for label in (NONE, "e1"))
+    gain = effect - none
+    assert gain[0] > 1.35 >= gain[1]
 
 
 def test_the_alarm_keeps_its_rate_and_has_power() -> None:
