@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 
@@ -14,4 +16,21 @@ def page_template(package: str, folder: str, name: str) -> Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["typographic"] = typographic
     return environment.get_template(name)
+
+
+_PERCENT = re.compile(r"(?<=\d)%(?![\w%])")
+_SIGN = re.compile(r"(--[\w-]+ -(?=\d))|(?<![^\s(\[])-(?=\d)")
+
+
+def typographic(text: str) -> str:
+    """Numbers of a sentence or cell with one minus sign, as in the figures, and a space before per cent.
+
+    What is to be typed keeps its hyphens.
+
+    A cell of a hyphen alone, which stands for what does not exist, is a dash.
+    """
+    if text == "-":
+        return "–"
+    return _PERCENT.sub(" %", _SIGN.sub(lambda found: found[0] if found[1] else "−", text))

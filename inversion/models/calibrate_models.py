@@ -343,8 +343,9 @@ def _missed(found: Ranked) -> tuple[str, ...]:
 
 def _sentence(answers: dict[str, ModelAnswer] | Any, ranking: Sequence[str], tied: Sequence[str], by: str) -> str:
     errors = {name: answers[name].expected or 0.0 for name in ranking}
-    what = "shots that it was not calibrated to" if by == "shot" else "thirds of the record that it was not fitted to"
-    return f"Over {what}: {_verdict(errors, ranking, tied, answers[ranking[0]].expected_95)}"
+    what = "shots" if by == "shot" else "thirds of the record"
+    found = _verdict(errors, ranking, tied, answers[ranking[0]].expected_95)
+    return f"Predicting {what} that a model was not calibrated to: {found}"
 
 
 def _verdict(
@@ -353,21 +354,21 @@ def _verdict(
     tied: Sequence[str],
     first_95: tuple[float, float] | None,
 ) -> str:
-    """ "murnaghan predicts best (1.3 times the noise); next null (2.4)", or who shares the first place.
+    """ "murnaghan predicts best (error 1.3 times the noise); next null (2.4)", or who shares the first place.
 
     first_95: interval of the first one's error; beyond the noise the sentence says that even it misses.
     """
     first, missed = ranking[0], misses(first_95)
-    even = "; even the first does not fit within noise and a numerical error of that size" if missed else ""
+    even = "; even the best is off by more than noise and a numerical error as large account for" if missed else ""
     if len(ranking) == 1:
-        found = f"{first} alone was ranked (held-out error {errors[first]:.2f} times the noise); name others: --models"
+        found = f"{first} alone was ranked (held-out error {errors[first]:.3g} times the noise); name others: --models"
         return found + even
     if tied:
-        shown = ", ".join(f"{name} ({errors[name]:.2f})" for name in tied)
+        shown = ", ".join(f"{name} ({errors[name]:.3g})" for name in tied)
         return f"{shown} share the first place: the records cannot tell them apart (held-out error over noise){even}"
-    after = f"next {ranking[1]} ({errors[ranking[1]]:.2f})"
+    after = f"next {ranking[1]} ({errors[ranking[1]]:.3g})"
     best = "has the least error" if missed else "predicts best"
-    return f"{first} {best} (held-out error {errors[first]:.2f} times the noise); {after}{even}"
+    return f"{first} {best} (held-out error {errors[first]:.3g} times the noise); {after}{even}"
 
 
 def _part_of(report: Report, name: str, model: int, models: int, shots: int) -> Report:

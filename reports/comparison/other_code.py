@@ -9,7 +9,7 @@ import numpy as np
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories, largest
-from birdstrike.reports.comparison.scores import Score, score
+from birdstrike.reports.comparison.scores import Score, same_side, score
 
 FORCE = "N"
 SHORT = 0.98
@@ -38,7 +38,7 @@ class CurvePair:
         rating = None if found is None or found.rating is None else found.rating
         return {
             "unit": self.unit,
-            "peak_ours": float(largest(self.ours)),
+            "peak_ours": float(self.ours[same_side(self.theirs, self.ours)[1]]),
             "peak_theirs": float(largest(self.theirs)),
             "peak_time_difference": None if found is None else found.peak_time,
             "rms": None if found is None else found.rms,

@@ -68,7 +68,8 @@ def _scalar(
     axes.errorbar(spacings[own], numbers[own], yerr=error, color=BLUE, fmt="o", markersize=5, capsize=3)
     title = f"{words(scalar.name)}\n{entry.behaviour}"
     if entry.extrapolated is not None and entry.order is not None and entry.order_used is not None:
-        title += f", observed order {entry.order:.2f}"
+        used = "" if entry.order_used == entry.order else f", {entry.order_used:g} used"
+        title += f", observed order {entry.order:.2f}{used}"
         exact = float(shown(np.array([entry.extrapolated]), scalar.unit)[0][0])
         h = np.linspace(0.0, spacings[-1], 60)
         slope = (numbers[found.used[0]] - exact) / spacings[found.used[0]] ** entry.order_used

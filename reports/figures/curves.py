@@ -12,7 +12,7 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.reports.figures.quantities import labelled, milliseconds, residual_label, shown, shown_span, significant
+from birdstrike.reports.figures.quantities import labelled, milliseconds, quantity, residual_label, shown, shown_span
 from birdstrike.reports.figures.style import BLACK, METHOD_MARKERS, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import MARK, RECORD, look
 
@@ -47,6 +47,12 @@ class RecordCurve:
     clipped: tuple[float, float] | None = None
 
     @property
+    def peak(self) -> tuple[float, float]:
+        """Time [s] and value, SI, of the largest reading that was used, or where the sensor stood at its end."""
+        top = int(np.nanargmax(np.abs(self.values)))
+        return self.clipped or (float(self.time[top]), float(self.values[top]))
+
+    @property
     def read(self) -> NDArray[np.bool_]:
         """(m,) True where the channel has a reading, used or left out."""
         return np.isfinite(self.values) | (False if self.left_out is None else np.isfinite(self.left_out))
@@ -71,7 +77,7 @@ def draw_record(axes: Axes, record: RecordCurve, si_unit: str) -> None:
 
     Readings that the fit left out are light, and have an entry of their own in the legend.
     """
-    values, unit = shown(record.values, si_unit)
+    values = shown(record.values, si_unit)[0]
     dense, at = is_dense(record.values), milliseconds(record.time)
     points = {"linestyle": "-" if dense else "none", "marker": "" if dense else "o", "label": record.label}
     axes.plot(at, values, lw=1.1, markersize=5.5, markerfacecolor="white", zorder=5, **{**look(RECORD), **points})
@@ -82,7 +88,7 @@ def draw_record(axes: Axes, record: RecordCurve, si_unit: str) -> None:
         drawn = axes.errorbar(at, values, bars, fmt="none", ecolor=BLACK, elinewidth=0.8)
         for part in drawn.lines[2]:
             part.set_gid(MARK + RECORD)
-    _mark_peak(axes, *_peak(record, si_unit), unit, float(at[-1]), clipped=record.clipped is not None)
+    _mark_peak(axes, record, si_unit)
 
 
 def draw_left_out(axes: Axes, at: Array, values: Array, dense: bool) -> None:
@@ -97,13 +103,6 @@ def draw_left_out(axes: Axes, at: Array, values: Array, dense: bool) -> None:
         label = ""
     if single.any():
         axes.plot(at[single], values[single], "o", ms=4.0, mfc="white", label=label, **style)
-
-
-def _peak(record: RecordCurve, si_unit: str) -> tuple[float, float]:
-    """Where the record's peak is drawn: time [ms] and value in the unit shown."""
-    top = int(np.nanargmax(np.abs(record.values)))
-    time, value = record.clipped or (record.time[top], record.values[top])
-    return float(milliseconds(np.asarray(time))), float(shown(np.asarray(value), si_unit)[0])
 
 
 def is_dense(record: Array) -> bool:
@@ -121,18 +120,16 @@ def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str, span
     axes.plot(at[top], values[top], marker="v", markersize=6, zorder=6, **look(method))
 
 
-def _mark_peak(axes: Axes, at: float, value: float, unit: str, end: float, *, clipped: bool) -> None:
-    """A drop line to the time axis and the peak's value beside it, clear of the curve and within the axes.
-
-    at, end: of the peak and of the record [ms]; clipped: the true peak is larger.
-    """
+def _mark_peak(axes: Axes, record: RecordCurve, si_unit: str) -> None:
+    """A drop line to the time axis and the peak's value beside it, clear of the curve and within the axes."""
+    time, value = record.peak
+    at, top = float(milliseconds(np.asarray(time))), float(shown(np.asarray(value), si_unit)[0])
     mark = MARK + RECORD
-    side, to = (1, "left") if at < LATE * end else (-1, "right")
-    axes.vlines(at, 0.0, value, color=BLACK, linewidth=0.7, linestyle=":", gid=mark)
-    size, when = f"{significant(value)} {unit}".rstrip(), f"{significant(at)} ms"
-    beyond = "≥" if value > 0.0 else "≤"
+    side, to = (1, "left") if time < LATE * record.time[-1] else (-1, "right")
+    axes.vlines(at, 0.0, top, color=BLACK, linewidth=0.7, linestyle=":", gid=mark)
+    size, when, beyond = quantity(value, si_unit), quantity(time, "s"), "≥" if value > 0.0 else "≤"
     axes.annotate(
-        f"peak {beyond} {size}, clipped from {when} on" if clipped else f"peak {size} at {when}",
+        f"peak {beyond} {size}, clipped from {when} on" if record.clipped else f"peak {size} at {when}",
         xy=(at, 0.0),
         xytext=(5 * side, 5),
         textcoords="offset points",

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from birdstrike.data.units import display, to_display
-from birdstrike.inversion.labels import in_words
+from birdstrike.inversion.labels import in_words, label_parts
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.reports.figures.style import (
     BLACK,
@@ -76,7 +76,11 @@ def shown_models(found: Diagnosis) -> list[str]:
     family = {one.name: one.family for one in found.effects}
     shares, inside = found.probabilities, set(found.confidence_set)
     likely = [name for name in shares if name in inside or shares[name] >= REPORTED]
-    needs = {name: value for name, value in found.required_discrepancy.items() if value is not None}
+    needs = {
+        name: value
+        for name, value in found.required_discrepancy.items()
+        if value is not None and label_parts(name)[1] not in found.left_out
+    }
     kept = dict.fromkeys(["none", *likely[: MOST_ROWS - 3], *sorted(needs, key=lambda name: needs[name])[:2]])
     totals = found.families
     return sorted(kept, key=lambda n: (-totals.get(family.get(n, "pairs"), 0.0), -shares.get(n, 0.0)))

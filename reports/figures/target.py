@@ -13,6 +13,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, KDTree
 
@@ -49,6 +50,7 @@ LETTER = 0.0092
 """Of a view's width, that a letter of a sensor's name takes."""
 WIDER = 1.4
 """Least width of a view over its height."""
+NAME_OFFSET = 16.0  # points between a support and its name
 LABELLED = 12
 """Sensors up to which each has its name in the picture."""
 
@@ -172,6 +174,8 @@ def _view(axes: Axes, shown: DrawnTarget, behind: bool) -> None:
         held, hidden = 1e3 * shown.supports[name] @ look[:2].T, hidden_from(shown, shown.supports[name], look)
         axes.plot(*held[~hidden].T, mark, color=BLACK, markersize=2.2, alpha=0.8, zorder=3)
         axes.plot(*held[hidden].T, mark, color=GREY, markersize=2.2, markerfacecolor="none", alpha=0.8, zorder=3)
+    if len(shown.supports) > 1:
+        _support_names(axes, shown, look)
     if behind and len(shown.rivets):
         axes.plot(*(1e3 * shown.rivets @ look[:2].T).T, "o", color=PURPLE, markersize=1.8, zorder=4)
     if len(shown.marked):
@@ -186,6 +190,17 @@ def _view(axes: Axes, shown: DrawnTarget, behind: bool) -> None:
     side = "From behind" if behind else f"From the impact side{flying}"
     axes.set_title(side, loc="left")
     _compass(axes, look)
+
+
+def _support_names(axes: Axes, shown: DrawnTarget, look: Array) -> None:
+    """The name of each set of supports beside the node that lies in its middle, on the target's side of it."""
+    around = [withStroke(linewidth=2.5, foreground="white")]
+    for name, nodes in shown.supports.items():
+        middle = nodes[np.argmin(np.linalg.norm(nodes - nodes.mean(axis=0), axis=1))]
+        place, inward = look[:2] @ middle, look[:2] @ (shown.nodes.mean(axis=0) - middle)
+        to = NAME_OFFSET * inward / max(float(np.linalg.norm(inward)), 1e-12)
+        where = {"textcoords": "offset points", "ha": "center", "va": "center", "fontsize": 8}
+        axes.annotate(words(name), tuple(1e3 * place), tuple(to), path_effects=around, zorder=6, **where)
 
 
 def hidden_from(shown: DrawnTarget, points: Array, look: Array) -> NDArray[np.bool_]:

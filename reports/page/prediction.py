@@ -9,7 +9,7 @@ from typing import Any
 from birdstrike.data.curves import read_histories
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import read_json, write_atomically
-from birdstrike.data.formatting import plain, quantity, span
+from birdstrike.data.formatting import listing, many, plain, quantity, span
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.prediction.answer import QUANTILES, tearing_words
 from birdstrike.inversion.prediction.budget import SOURCES
@@ -96,7 +96,7 @@ def _limits(content: Content) -> tuple[Block, ...]:
             for name, one in content["limits"].items()
         )
         head = ("sensor", "limit", "probability of exceeding", "95 % interval")
-        words = "The interval is that of the number of draws; the model's error is in the probability itself."
+        words = f"{_left_open(content)} The model's error is in the probability itself."
         blocks.append(Table(head, rows, words, frozenset({1, 2, 3})))
     rows = tuple(
         (plain(name), quantity(one["q50"], one["unit"]), *(span(one[a], one[b], one["unit"]) for a, b in PAIRS))
@@ -114,6 +114,23 @@ def _limits(content: Content) -> tuple[Block, ...]:
     told = tearing_words(content["perforation"])
     blocks.append(Paragraph(f"{told[0].upper()}{told[1:]}."))
     return tuple(blocks)
+
+
+def _left_open(content: Content) -> str:
+    """Of which number of simulations the intervals of the probabilities are."""
+    counts = content["campaign"]
+    methods = {name: counts["method"][name] for name in content["limits"]}
+    scarce = [plain(name) for name, method in methods.items() if method != "emulator"]
+    ample = [plain(name) for name, method in methods.items() if method == "emulator"]
+    told = []
+    if scarce:
+        told.append(
+            f"The interval of {listing(scarce)} is what {many(counts['finished'], 'simulation')} of the new case leave "
+            "open, for no emulator of them is good enough: more (--runs) make it narrower."
+        )
+    if ample:
+        told.append(f"The interval of {listing(ample)} is what the posterior's draws, by the emulator, leave open.")
+    return " ".join(told)
 
 
 PAIRS = (("q25", "q75"), ("q025", "q975"))

@@ -51,10 +51,11 @@ def answer_section(results: ModelsResults) -> Section:
         else "Each third of the record is predicted by the solver with the constants that the other two gave"
     )
     words = (
-        f"{by}; the error is the root mean square over the channels of each one's error over its noise, 1 being noise, "
-        "and the expected error that over all of them. "
-        "Intervals: 95 %, circular moving-block bootstrap of the residuals in time. Probability: share of the "
-        "bootstrap, the same blocks for every model, in which no other model is better."
+        f"{by}. Error of a prediction: root mean square over the channels of simulation minus record, each in units of "
+        "its noise; 1 is as good as the noise allows. Expected error: root mean square over all predictions. "
+        "Intervals: 95 %, by a circular moving-block bootstrap of the residuals in time. Probability of being best: "
+        "share of the bootstrap samples, the same blocks for every model, in which no other model is better; it "
+        "compares these models and does not say that one of them is right."
     )
     head = ("bird model", "expected error", "probability of being best")
     rows = tuple(_ranked_row(found.models[name]) for name in results.ranked)
@@ -66,17 +67,24 @@ def answer_section(results: ModelsResults) -> Section:
         for shot in found.speeds
     }
     if results.ranked:
-        caption = "These errors by shot, with their 95 % intervals; dotted: the noise."
+        caption = "Errors of the predictions by shot, with their 95 % intervals. Dotted line: 1, the noise alone."
         blocks.append(drawing("heldout", heldout_figure(shots, results.ranked), caption))
     return Section("answer", "Which bird model predicts best", tuple(blocks))
 
 
 def _ranked_row(model: ModelAnswer) -> tuple[str, ...]:
-    return (model.name, _error(*model.error), f"{100 * (model.probability_best or 0.0):.0f} %")
+    return (model.name, _error(*model.error), _share(model.probability_best or 0.0))
+
+
+def _share(probability: float) -> str:
+    """A share of bootstrap samples, of which 0 and 1 are no certainties: `58 %`, `< 1 %`, `> 99 %`."""
+    if probability < 0.01:
+        return "< 1 %"
+    return "> 99 %" if probability > 0.99 else f"{100 * probability:.0f} %"
 
 
 def _error(value: float, ends: tuple[float, float]) -> str:
-    return f"{value:.2f} ({ends[0]:.2f} .. {ends[1]:.2f})"
+    return f"{value:.3g} ({ends[0]:.3g} .. {ends[1]:.3g})"
 
 
 def constants_section(results: ModelsResults) -> Section:
@@ -100,8 +108,9 @@ def constants_section(results: ModelsResults) -> Section:
         blocks.append(Paragraph("Published: " + "; ".join(f"{n}: {text}" for n, text in sources.items()) + "."))
     errors = tuple((name, *row) for name in results.ranked for row in _pairs(results, results.found.models[name]))
     words = (
-        "Error over noise of the solver with calibrated and with published constants, shot by shot. Held out: as "
-        "above, with constants that the shot or the third had no part in."
+        "Error of the simulation over noise, shot by shot. Held out: with constants calibrated without the shot or the "
+        "third of the record that is predicted, as in the first table. Calibrated: with constants from all shots. "
+        "Published: with the constants of the literature."
     )
     head = ("bird model", "shot", "held out (95 %)", "calibrated", "published")
     blocks.append(Table(head, errors, words, frozenset({2, 3, 4})))
@@ -159,7 +168,8 @@ def basis_section(results: ModelsResults) -> Section:
     """Simulations, emulators and erosion behind the answer."""
     rows = tuple(_basis(results.found.models[name]) for name in results.ranked)
     words = (
-        "Simulations a shot: campaign, runs near the answer, verification, held-out prediction, published constants. "
+        "Simulations of each shot: campaign, runs near the answer, verification, held-out prediction, published "
+        "constants. "
         "Q2: least leave-one-out Q2 of a channel's emulator, 1 is perfect; below 0.9 the channel carries that "
         "emulator's scatter as noise. Eroded: largest share of the bird in a run of the campaign. Discrepancy: share "
         "of the peaks (1 sigma) that the fit allowed for as error of the model's form."

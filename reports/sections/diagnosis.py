@@ -13,13 +13,13 @@ import pandas as pd
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing, plain
 from birdstrike.data.formatting import quantity as with_unit
-from birdstrike.inversion.labels import in_words, runs_near_the_fits
+from birdstrike.inversion.labels import in_words, label_parts, runs_near_the_fits
 from birdstrike.inversion.results.diagnosis import Diagnosis, EffectFigures, ShotStates
 from birdstrike.inversion.results.diagnosis_files import curve_files, read_curves
 from birdstrike.inversion.results.diagnosis_text import beyond, next_step
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.diagnosis import curves_figure, probability_figure, residual_figure
-from birdstrike.reports.figures.quantities import quantity
+from birdstrike.reports.figures.quantities import quantity, signed_quantity
 from birdstrike.reports.results.measurement import program_in
 from birdstrike.reports.sections.summary import signed
 from birdstrike.solver.case.effects import SHOWN, shown
@@ -70,13 +70,14 @@ def verdict_section(results: DiagnosisResults) -> Section:
         "inside the blue band is what noise, mesh and the usual error of a simulation make. The alarm weighs all "
         "shots, sensors and instants together: it may be raised where every curve lies inside its band."
     )
-    shot = found.shown_shot.name
-    left += f" Shot {shot}." if len(found.shots) > 1 else ""
-    blocks.append(drawing("residuals", residual_figure(results.curves[shot], found.units), left))
+    for shot in found.shots:
+        own, told = ("", left) if len(found.shots) == 1 else (f"-{shot.name}", f"Shot {shot.name}. {left}")
+        blocks.append(drawing(f"residuals{own}", residual_figure(results.curves[shot.name], found.units), told))
+        left = "As above."
     if found.warnings:
         blocks.append(Warnings(tuple(found.warnings[:MOST_WARNINGS])))
         if (more := len(found.warnings) - MOST_WARNINGS) > 0:
-            blocks.append(Paragraph(f"Further warnings: {more}, under `warnings` in diagnosis.json."))
+            blocks.append(Paragraph(f"Further warnings: {more}, in diagnosis.json."))
     return Section("diagnosis", "Diagnosis: what the model lacks", tuple(blocks))
 
 
@@ -164,7 +165,7 @@ def _bias(before: Mapping[str, Any], after: Mapping[str, Any] | None) -> str:
     """How far the value moves when the effect is added; of a parameter that is not identified it is no error."""
     if after is None or not (before.get("identified", True) and after.get("identified", True)):
         return "–"
-    return quantity(before["value"] - after["value"], before["unit"])
+    return signed_quantity(before["value"] - after["value"], before["unit"])
 
 
 WITHOUT_BASELINE = (
@@ -176,10 +177,11 @@ def effects_section(results: DiagnosisResults) -> Section:
     """Every effect: probability, magnitude, required model error, what could have been detected."""
     found = results.found
     head = ("effect", "probability", "magnitude (95 %)", "model error needed", "least detectable", "most alike")
-    listed = found.effects[:MOST_ROWS]
+    seen = [one for one in found.effects if not _unseen(found, one.name)]
+    listed = seen[:MOST_ROWS]
     rows = tuple(_row(one, found.minimum_detectable.get(one.name)) for one in listed)
     words = (
-        f"The {len(rows)} likeliest of {len(found.effects)}; a probability is that of an effect alone and in "
+        f"The {len(rows)} likeliest of {len(seen)}; a probability is that of an effect alone and in "
         "pairs. Least detectable: the magnitude that a test of this effect alone finds four times of five, at a "
         f"false-alarm rate of {100 * found.alpha:g} %{'' if found.baseline else WITHOUT_BASELINE}. Most alike: cosine "
         "between the changes of the record, once the parameters have taken their part; at 1 no record of these sensors "
@@ -195,6 +197,11 @@ def effects_section(results: DiagnosisResults) -> Section:
     return Section("effects", title, tuple(blocks))
 
 
+def _unseen(found: Diagnosis, label: str) -> bool:
+    """Whether an effect is a fault of a sensor that is not used: the record says nothing of it."""
+    return label_parts(label)[1] in found.left_out
+
+
 def _pairs(found: Sequence[Mapping[str, Any]]) -> str:
     """The likeliest pairs with their probabilities, and how many more there are."""
     told = [f"{' and '.join(in_words(name) for name in one['effects'])} {one['probability']:.3f}" for one in found]
@@ -203,12 +210,15 @@ def _pairs(found: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _candidates(proposal: Mapping[str, Any]) -> Table:
-    """What else could be measured, the best first."""
-    rows = tuple((one["what"], f"{one['expected_probability']:.2f}") for one in proposal["candidates"][:MOST_PAIRS])
+    """What else could be measured, the best first; of those that help as much, the one that is proposed."""
+    order = sorted(proposal["candidates"], key=lambda one: -one["expected_probability"])
+    rows = tuple((one["what"], f"{one['expected_probability']:.2f}") for one in order[:MOST_PAIRS])
     words = (
         f"Next measurements, the best first: expected probability of the right model among "
         f"{', '.join(in_words(name) for name in proposal['separates'])}; with the record alone {proposal['now']:.2f}."
     )
+    if needed := proposal.get("needed"):
+        words += f" Needed before all others is {proposal['what']}: {needed}."
     return Table(("measurement", "expected probability"), rows, words, frozenset({1}))
 
 

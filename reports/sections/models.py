@@ -20,6 +20,7 @@ from birdstrike.reports.results.results import Model, Results
 from birdstrike.reports.sections.curves import noise, record_curve
 from birdstrike.reports.sections.models_tables import constants_table, end_state_table, errors_table, scores
 from birdstrike.solver.sensors.reaction_force import ReactionForce
+from birdstrike.solver.sensors.sensor import torn
 
 
 def section(results: Results) -> Section:
@@ -84,15 +85,23 @@ def finished(results: Results) -> Mapping[str, Histories]:
 
 def nearest(results: Results) -> str:
     """`RMS error of the 4 bird models ...: nearest is ..., 6.5 %; then ..., 15 %`; nothing with less than two."""
-    found = {model: entry.share for (model, c), entry in scores(results).items() if c == results.channels[0]}
+    channel = sound_channel(results)
+    found = {model: entry.share for (model, c), entry in scores(results).items() if c == channel}
     order = sorted(found, key=lambda key: found[key])
     if len(order) < 2:
         return ""
     first, *others = (f"{results.models[key].title}, {percent(found[key])}" for key in order)
     return (
-        f"RMS error of the {len(order)} bird models in {words(results.channels[0])}, of the record's peak: nearest is "
+        f"RMS error of the {len(order)} bird models in {words(channel)}, of the record's peak: nearest is "
         f"{first}; then {'; '.join(others)}."
     )
+
+
+def sound_channel(results: Results) -> str:
+    """The record's first sensor whose shell no simulation tore away, the first of all where each has lost its own."""
+    told = {line for run in finished(results).values() for line in run.summary.get("warnings", ())}
+    sound = (name for name in results.channels if torn(name) not in told)
+    return next(sound, results.channels[0])
 
 
 def _words(results: Results) -> str:
@@ -112,8 +121,8 @@ def _words(results: Results) -> str:
 
 
 def ranking(results: Results) -> str:
-    """Models by their error in the record's first sensor; the table has the others."""
-    channel = results.channels[0]
+    """Models by their error in one sensor; the table has the others."""
+    channel = sound_channel(results)
     found = {m: s for (m, c), s in scores(results).items() if c == channel}
     unit = results.record.units[channel]
     parts = [

@@ -77,7 +77,8 @@ def errors_table(results: Results) -> Table:
     )
     caption = (
         f"Errors of the simulated curves against the record ({origin(results.record)}). Peak and its time: simulated "
-        f"less record, both at the record's instants{hidden_peaks(results)}. M, P: magnitude and phase after Sprague "
+        f"less record (in brackets of the record's peak, + where the simulated one is larger), both at the record's "
+        f"instants{hidden_peaks(results)}. M, P: magnitude and phase after Sprague "
         "and Geers, 0 is perfect; – where a stretch of the curve is not known. "
         f"ISO/TS 18571: 1 is perfect, above 0.94 excellent, 0.80 good, 0.58 fair.{note}{clock}"
     )

@@ -76,11 +76,11 @@ def _shapes(results: Results, seen: dict[str, tuple[Snapshot, ...]], scene: Scen
     spread = [f"{title} {_length(s)}" for title, s in last.items()]
     taken = [nearest(next(iter(seen.values())), t).time for t in instants]
     times = ", ".join(f"{float(milliseconds(np.asarray(t))):.2f}" for t in taken)
-    end = quantity(taken[-1], "s")
+    end, first = quantity(taken[-1], "s"), next(iter(seen.values()))[0]
     caption = (
         f"Simulated bird and plate from the front at {times} ms, to scale, on one scale of pressure (its top is the "
-        f"99th percentile). Length of the bird along the plate at {end}: {', '.join(spread)}; it started "
-        f"{quantity(results.case.bird.length, 'm')} long. Grey: eroded pieces."
+        f"99th percentile). Extent of the bird along the plate at {end}: {', '.join(spread)}; {_length(first)} at "
+        f"{quantity(first.time, 's')}. Grey: eroded pieces."
     )
     figure = shapes_figure(seen, instants, scene)
     return photograph("shapes", figure, caption, f"Front views of the impact at {times} ms by model")

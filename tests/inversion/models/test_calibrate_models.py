@@ -319,7 +319,7 @@ def test_the_page_says_who_predicts_best_beside_published_constants(calibrated: 
     assert calibrated.found.sentence in page
     assert "7.98" in page  # the published gamma
     assert 'data-switch="published"' in page
-    for caption, columns in (("1 being noise, and the expected error", 3), ("Error over noise of the solver with", 5)):
+    for caption, columns in (("Error of a prediction: root mean square", 3), ("Error of the simulation over noise", 5)):
         table = page[page.index(caption) :]
         assert table[: table.index("</thead>")].count("<th") == 1 + columns  # <thead>; however many shots
     assert set(re.findall(r"https?://[^\s\"'<>)]*", page)) == {"http://www.w3.org/2000/svg"}
@@ -626,7 +626,7 @@ def test_even_the_best_model_is_said_to_miss_where_it_does(sizes: tuple[float, f
     assert bool(warned) is missed
     for sentence in (found.sentence, *found.per_shot_sentences.values()):
         assert ("a has the least error (held-out error" in sentence) is missed
-        assert ("even the first does not fit" in sentence) is missed
+        assert ("even the best is off by more" in sentence) is missed
         assert ("a predicts best (held-out error" in sentence) is not missed
 
 
@@ -647,9 +647,9 @@ def test_a_model_that_misses_does_not_doubt_a_record_that_another_follows(best: 
 
 
 def test_tied_models_and_one_alone_are_said_to_miss_too() -> None:
-    assert "even the first does not fit" in _verdict({"a": 9.0}, ["a"], (), (8.0, 10.0))
-    assert "even the first does not fit" in _verdict({"a": 9.0, "b": 9.1}, ["a", "b"], ("a", "b"), (8.0, 10.0))
-    assert "even the first does not fit" not in _verdict({"a": 2.1, "b": 9.1}, ["a", "b"], (), (1.9, 2.3))
+    assert "even the best is off by more" in _verdict({"a": 9.0}, ["a"], (), (8.0, 10.0))
+    assert "even the best is off by more" in _verdict({"a": 9.0, "b": 9.1}, ["a", "b"], ("a", "b"), (8.0, 10.0))
+    assert "even the best is off by more" not in _verdict({"a": 2.1, "b": 9.1}, ["a", "b"], (), (1.9, 2.3))
 
 
 def test_a_model_that_another_solver_s_deck_cannot_carry_is_refused_before_any_run(tmp_path: Path) -> None:

@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured
+from birdstrike.data.histories import Histories
 from birdstrike.reports.comparison.clock import best_offset
 from birdstrike.reports.comparison.end_state import penetration, residual_deflection, sensor_of_kind
 from birdstrike.reports.comparison.iso18571 import SAMPLES, magnitude_score, rate
 from birdstrike.reports.comparison.scores import score, sprague_geers
 from birdstrike.reports.results.results import Results
+from birdstrike.reports.sections.models import sound_channel
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.estimate import first_period
+from birdstrike.solver.sensors.sensor import torn
 from tests.reports.synthetic import RECORD_TIMES, displacement, strike
 
 TIME = np.linspace(0.0, 1.0, SAMPLES)
@@ -146,3 +149,26 @@ def test_a_bird_behind_a_torn_plate_has_gone_through(results: Results) -> None:
     back = replace(last, particles=moved, velocity=-last.velocity, eroded=np.zeros(len(half), bool))
     through = replace(run, snapshots=(first, back))
     assert penetration(results.case, through) == "yes, 50 % of the bird"
+
+
+def test_peaks_are_compared_on_the_side_of_the_record_s() -> None:
+    """A simulation that swings farther the other way had its own peak compared, of the opposite sign and 1 ms away."""
+    time = np.linspace(0.0, 3e-3, 301)
+    swing = np.sin(2.0 * np.pi * time / 3e-3)
+    curve = np.where(swing > 0.0, 4e-3 * swing, 6e-3 * swing)
+    run = Histories(time, {"w": curve}, {"w": "m"})
+    found = score(time, np.where(swing > 0.0, 5e-3 * swing, 3e-3 * swing), run, "w", 0.0)
+    assert found is not None
+    assert (found.peak, found.peak_share) == pytest.approx((-1e-3, -0.2), rel=1e-3)
+    assert found.peak_time == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_sensor_that_tore_away_does_not_rank_the_models(results: Results) -> None:
+    run = strike(summary={"warnings": [torn("displacement_centre")]})
+    force = {"displacement_centre": results.record.channels["displacement_centre"], "contact_force": RECORD_TIMES}
+    both = replace(results, record=replace(results.record, channels=force))
+    model = next(iter(results.models.values()))
+    torn_away = {"elastic": replace(model, run=run)}
+    assert sound_channel(both) == "displacement_centre"
+    assert sound_channel(replace(both, simulated_models=torn_away)) == "contact_force"
+    assert sound_channel(replace(results, simulated_models=torn_away)) == "displacement_centre"

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
+import pandas as pd
+
 from birdstrike.inversion.results.diagnosis import ShotStates
-from birdstrike.reports.blocks import Paragraph, Section, Table
+from birdstrike.reports.blocks import Paragraph, Picture, Section, Table
 from birdstrike.reports.figures.diagnosis import probability_figure
 from birdstrike.reports.sections.diagnosis import (
     DiagnosisResults,
     _baseline,
+    _candidates,
     _errors,
     _parameters,
     basis_section,
     effects_section,
+    verdict_section,
 )
 from tests.diagnoses import diagnosis, effect, state
 
@@ -56,7 +60,7 @@ def test_a_parameter_that_is_not_identified_has_no_bias() -> None:
 
     before, after = state(parameters=fitted(-6.6e5, 504.0)), state(parameters=fitted(-6.0e5, 417.0))
     rows = {row[0]: row[-1] for row in _parameters(ShotStates("a", "case", before, after), several=False).rows}
-    assert rows == {"pressure cutoff": "–", "viscosity": "87.0 Pa s"}
+    assert rows == {"pressure cutoff": "–", "viscosity": "+87 Pa s"}
 
 
 def test_errors_of_one_table_have_the_same_digits() -> None:
@@ -95,3 +99,38 @@ def test_two_baselines_are_spoken_of_in_the_plural() -> None:
     told = _baseline({"shots": ["a", "b"], "residual_rms": {"w": 1e-4}, "gain": 2.5, "bird": bird}, {"w": "m"})
     assert told.startswith("Baselines a and b: the calibrated model leaves an RMS of w 0.1 mm. With them, minimum ")
     assert "Nothing was stated of their birds, so" in told
+
+
+def test_next_measurements_stand_in_the_order_of_what_they_are_worth() -> None:
+    """A shot that is needed whatever it tells stood first, as the best, with the least probability of all."""
+    candidates = [
+        {"what": name, "expected_probability": share}
+        for name, share in (("own bird", 0.4), ("far", 0.6), ("near", 0.9))
+    ]
+    proposal = {"candidates": candidates, "separates": ["bird_mass"], "now": 0.3, "needed": "why", "what": "own bird"}
+    table = _candidates(proposal)
+    assert [row[0] for row in table.rows] == ["near", "far", "own bird"]
+    assert "Needed before all others is own bird: why." in table.caption
+
+
+def test_a_fault_of_a_sensor_that_is_not_used_is_not_ranked() -> None:
+    names = ("impact_speed", "sensor_gain.contact_force", "sensor_gain.displacement_centre")
+    found = diagnosis(*map(effect, names), left_out={"contact_force": 0.06})
+    table = effects_section(DiagnosisResults(found, {}, "birdstrike")).blocks[0]
+    assert isinstance(table, Table)
+    assert [row[0] for row in table.rows] == ["impact speed", "sensor gain, displacement centre"]
+    assert "The 2 likeliest of 2" in table.caption
+
+
+def test_every_shot_has_its_residuals_on_the_first_screen() -> None:
+    """Of a diagnosis of two shots the page showed the first one's alone."""
+    names = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
+    curves = pd.DataFrame(
+        [{"channel": "displacement_centre", "time_s": t} | dict.fromkeys(names, 1.0) for t in (0.0, 1e-3, 2e-3)]
+    )
+    shots = tuple(ShotStates(name, "case", state(rmse={"displacement_centre": 1e-3}), None) for name in ("a", "b"))
+    found = diagnosis(effect("impact_speed"), shots=shots, noise={"sensors": {"displacement_centre": {"unit": "m"}}})
+    results = DiagnosisResults(found, {"a": curves, "b": curves}, "birdstrike")
+    captions = [block.caption for block in verdict_section(results).blocks if isinstance(block, Picture)]
+    assert any(caption.startswith("Shot a.") for caption in captions)
+    assert any(caption.startswith("Shot b.") for caption in captions)

@@ -33,7 +33,7 @@ def test_what_the_model_lacks_comes_first(results: Results, tmp_path: Path, monk
     assert isinstance(likely, Picture)
     assert isinstance(residuals, Picture)
     assert warned == Warnings(WARNINGS[:5])
-    assert further == Paragraph("Further warnings: 2, under `warnings` in diagnosis.json.")
+    assert further == Paragraph("Further warnings: 2, in diagnosis.json.")
     assert SECTIONS[0](replace(results, diagnosis=None)) is None
     assert SECTIONS[1] is summary.section
 

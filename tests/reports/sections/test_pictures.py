@@ -20,3 +20,11 @@ def test_the_largest_displacement_is_that_of_the_instants_in_motion(results: Res
     snapshots = strike().snapshots
     caption = animation._caption({"elastic": snapshots}, pictures._scene(results, snapshots), solid=False)
     assert "Largest displacement anywhere on the plate at these instants: elastic " in caption
+
+
+def test_a_bird_s_extent_is_compared_with_what_it_was_in_the_same_direction(results: Results) -> None:
+    """Of an oblique impact the length along the plate stood beside the length along the bird's own axis."""
+    snapshots = strike(instants=(0.0, 1.2e-3)).snapshots
+    caption = pictures._shapes(results, {"elastic": snapshots}, pictures._scene(results, snapshots)).caption
+    assert f"{pictures._length(snapshots[0])} at 0 ms" in caption
+    assert "262 mm" not in caption
