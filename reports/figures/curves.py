@@ -65,7 +65,7 @@ def comparison_figure(channel: str, si_unit: str, record: RecordCurve, verified:
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
     draw_record(above, record, si_unit)
     for method, curve in verified.items():
-        _simulated(above, method, curve, si_unit, shown_span(record.time))
+        _simulated(above, method, curve, si_unit, shown_span(record.time), -1.0 if record.peak[1] < 0.0 else 1.0)
         _residual(below, method, record.time, curve.at_record - record.values, si_unit)
     noise_band(below, record.time, record.sigma, si_unit)
     _frame(above, below, channel, si_unit, record.time)
@@ -110,13 +110,15 @@ def is_dense(record: Array) -> bool:
     return int(np.isfinite(record).sum()) > 80
 
 
-def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str, span: tuple[float, float]) -> None:
-    """The curve over the span that is shown, with a triangle on its peak."""
+def _simulated(
+    axes: Axes, method: str, curve: VerifiedCurve, si_unit: str, span: tuple[float, float], side: float
+) -> None:
+    """The curve over the span that is shown, with a triangle on its peak on the record's side of 0 (1 or -1)."""
     seen = (curve.time >= span[0]) & (curve.time <= span[1])
     values, at = shown(curve.values[seen], si_unit)[0], milliseconds(curve.time[seen])
     label = f"simulated: verification of the {method}"
     axes.plot(at, values, label=label, **look(method))
-    top = int(np.nanargmax(np.abs(values)))
+    top = int(np.nanargmax(side * values))
     axes.plot(at[top], values[top], marker="v", markersize=6, zorder=6, **look(method))
 
 

@@ -108,9 +108,10 @@ def residual(results: InversionResults, channel: str, method: str) -> Residual:
     return Residual(results.record.time[both], difference[both])
 
 
-def peak(time: Array, values: Array) -> tuple[float, float]:
-    """Time [s] and value of the largest reading, the one farthest from 0 with its sign, SI."""
-    top = int(farthest(values))
+def peak(time: Array, values: Array, side: float = 0.0) -> tuple[float, float]:
+    """Time [s] and value of the largest reading, the one farthest from 0 with its sign, SI; side: 1 or -1, where it is
+    sought on that side of 0 alone, as beside another curve's peak."""
+    top = int(np.nanargmax(side * values)) if side else int(farthest(values))
     return float(time[top]), float(values[top])
 
 
@@ -125,6 +126,11 @@ class RecordPeak:
     value: float
     unit: str
     clipped: bool = False
+
+    @property
+    def side(self) -> float:
+        """1 or -1: on which side of 0 it lies."""
+        return -1.0 if self.value < 0.0 else 1.0
 
     @property
     def size(self) -> str:

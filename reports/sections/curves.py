@@ -73,12 +73,13 @@ def noise(results: InversionResults, channel: str) -> Array | None:
 
 def _comparison_caption(results: InversionResults, channel: str) -> str:
     unit = results.record.units[channel]
-    parts = [f"The record ({origin(results.record)}) has its peak of {record_peak(results, channel).text}."]
+    top = record_peak(results, channel)
+    parts = [f"The record ({origin(results.record)}) has its peak of {top.text}."]
     for method in results.finished:
         run = results.verified[method]
-        at, top = peak(run.time + results.offset, run.channels[channel])
+        at, value = peak(run.time + results.offset, run.channels[channel], top.side)
         parts.append(
-            f"{method.capitalize()} (simulated): peak {quantity(top, unit)} at {quantity(at, 's')}; "
+            f"{method.capitalize()} (simulated): peak {quantity(value, unit)} at {quantity(at, 's')}; "
             f"{channel_error(results, method, channel)}; largest residual {worst_text(results, channel, method)}."
         )
     clocks = offset_text(results)

@@ -175,8 +175,9 @@ def _curve(results: Results, model: Model, channel: str) -> ModelCurve:
 def _caption(results: Results, channel: str, curves: list[ModelCurve], momentum: float) -> str:
     """Peaks and impulses, all simulated, and what the lower panel shows."""
     unit, parts = results.case.sensors[channel].unit, []
+    side = record_peak(results, channel).side if channel in results.channels else 0.0
     for curve in curves:
-        at, top = peak(curve.time, curve.values)
+        at, top = peak(curve.time, curve.values, side)
         text = f"{curve.title} {quantity(top, unit)} at {quantity(at, 's')}"
         if curve.impulse is not None:
             given = float(curve.impulse[-1])

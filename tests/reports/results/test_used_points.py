@@ -13,10 +13,10 @@ from birdstrike.inversion.observations.reader import CLIPPED, OUTLIER
 from birdstrike.reports.comparison.clock import best_offset
 from birdstrike.reports.page.page import report
 from birdstrike.reports.results.findings import findings
-from birdstrike.reports.results.measurement import record_peak, record_position, residual
+from birdstrike.reports.results.measurement import peak, record_peak, record_position, residual
 from birdstrike.reports.results.reading import read_results
 from birdstrike.reports.results.results import Results
-from birdstrike.reports.sections.curves import record_curve
+from birdstrike.reports.sections.curves import comparisons, record_curve
 from birdstrike.reports.sections.models import nearest
 from birdstrike.reports.sections.models_tables import errors_table, scores
 from birdstrike.reports.sections.record import section
@@ -101,6 +101,19 @@ def test_a_sensor_clipped_on_the_other_side_keeps_its_peak(clipped: Results) -> 
     top = record_peak(found, CHANNEL)
     assert not top.clipped
     assert 3.5e-3 < top.value < LIMIT
+
+
+def test_a_simulated_peak_is_read_on_the_record_s_side(clipped: Results) -> None:
+    """A caption had a strain's peak of +0.0051 beside the record's of -0.0050."""
+    time, values = np.array([0.0, 1.0, 2.0]), np.array([0.0, -3.0, 4.0])
+    assert peak(time, values) == (2.0, 4.0)
+    assert peak(time, values, -1.0) == (1.0, -3.0)
+    run = clipped.verified[clipped.best]
+    swing = replace(run, channels={CHANNEL: np.where(np.arange(run.time.size) == 5, -1.0, run.channels[CHANNEL])})
+    caption = comparisons(replace(clipped, verified={clipped.best: swing})).blocks[0].caption  # type: ignore[union-attr]
+    top = record_peak(clipped, CHANNEL)
+    assert top.side == 1.0
+    assert "peak −" not in caption
 
 
 def test_neither_residual_nor_range_counts_a_point_left_out(clipped: Results) -> None:
