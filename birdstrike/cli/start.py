@@ -120,7 +120,7 @@ def _consistent(asked: Answers) -> tuple[Shot, Case]:
             return shot, load_case(tomllib.loads(case_text(shot)))
         except CaseError as error:
             if asked.prompt is None:
-                raise UserError(error.errors, "the answers do not go together") from error
+                raise UserError([*error.errors, *asked.never_asked()], "the answers do not go together") from error
             for line in error.errors:
                 errors.print(f"[red]{escape(line)}[/]")
             wrong = [key for key in asked.accepted if _concerns(key, shot, " ".join(error.errors))]

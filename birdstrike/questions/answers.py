@@ -16,6 +16,8 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
 
 Key = tuple[str, ...]
+DECIDES = ("kind", "shape")
+"""Ends of the keys whose answers decide what else is asked in their table."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,7 @@ class Question:
     """key: path of the answer in the file; text: what is asked; default: None where the answer must be given.
 
     check: the answer as it is kept; raises UserError, without the key, for one that cannot be. allowed: in words.
+    stand_in: with what to go on where there is neither an answer nor a default, so that all errors are found at once.
     """
 
     key: Key
@@ -30,6 +33,7 @@ class Question:
     default: Any
     check: Callable[[Any], Any]
     allowed: str = ""
+    stand_in: Any = None
 
     @property
     def name(self) -> str:
@@ -47,23 +51,25 @@ class Answers:
     """given: answers at hand, nested as in the file; prompt: asks the user, None where nobody is there to answer.
 
     prompt(question, error) returns what was typed; error: why the last answer was refused, "" at first. path: where
-    every accepted answer is kept at once; accepted: those of this interview, with their questions.
+    every accepted answer is kept at once; accepted: those of this interview, with their questions; refused: key -> why
+    its answer cannot be, where nobody can correct it: the interview goes on with the default, and then raises them.
     """
 
     given: Mapping[str, Any] = field(default_factory=dict)
     prompt: Callable[[Question, str], str] | None = None
     path: Path | None = None
     accepted: dict[Key, tuple[Any, str]] = field(default_factory=dict)
+    refused: dict[Key, list[str]] = field(default_factory=dict)
 
     def ask(self, question: Question) -> Any:
-        """The answer, checked; raises UserError that names the key where nobody can correct it."""
+        """The answer, checked; one that nobody can correct is refused with its key."""
         value, error = self._given(question.key), ""
         if value is not None or self.prompt is None:
             try:
                 return self._keep(question, self._unasked(question, value))
             except UserError as refused:
                 if self.prompt is None:
-                    raise UserError([_named(question, value, line) for line in refused.errors]) from refused
+                    return self._refuse(question, value, refused)
                 error = _named(question, value, "; ".join(refused.errors))
         assert self.prompt is not None
         while True:
@@ -75,12 +81,35 @@ class Answers:
                 error += f" (allowed: {question.allowed})" if question.allowed and question.allowed not in error else ""
 
     def settle(self, question: Question) -> Any:
-        """The default, which alone can be: nobody is asked. Raises UserError where another answer is given."""
+        """The default, which alone can be: nobody is asked. Another answer is refused."""
         value = self._given(question.key)
         try:
             return self._keep(question, self._unasked(question, value))
         except UserError as refused:
-            raise UserError([_named(question, value, line) for line in refused.errors]) from refused
+            return self._refuse(question, value, refused)
+
+    def _refuse(self, question: Question, value: Any, why: UserError) -> Any:
+        """What to go on with in the place of an answer that cannot be; raises UserError where there is nothing."""
+        self.refused[question.key] = [_named(question, value, line) for line in why.errors]
+        if question.default is None and question.stand_in is None:
+            raise UserError([]) from why
+        return self._keep(question, question.check(question.stand_in if question.default is None else question.default))
+
+    def refuse(self, last: UserError | None = None) -> None:
+        """Raise UserError with all that was refused, and the error that ended the interview; else do nothing."""
+        if not self.refused:
+            if last is not None:
+                raise last
+            return
+        lines = [line for lines in self.refused.values() for line in lines]
+        lines += self._beside_the_refused() if last is None else last.errors
+        raise UserError(dict.fromkeys(lines)) from last
+
+    def _beside_the_refused(self) -> list[str]:
+        """Lines for answers that belong to no question, but where a refused one decides what is asked."""
+        unsure = [key[:-1] for key in self.refused if key[-1] in DECIDES]
+        unsure += [("columns",) for key in self.refused if key[0] == "record"]
+        return self.never_asked(lambda key: any(key[: len(table)] == table for table in unsure))
 
     def rename(self, table: str, names: Mapping[str, str]) -> None:
         """Take what stands in a table under other names of the same things."""
@@ -97,11 +126,11 @@ class Answers:
                 _put(table, key, value)
         self.given, self.accepted = table, {}
 
-    def never_asked(self) -> list[str]:
-        """A line for each answer that belongs to no question of this interview."""
+    def never_asked(self, unsure: Callable[[Key], bool] = lambda _: False) -> list[str]:
+        """A line for each answer that belongs to no question of this interview; unsure: keys that are passed over."""
         asked = {dotted(key) for key in self.accepted}
         lines = []
-        for key in (dotted(key) for key, _ in _leaves(self.given)):
+        for key in (dotted(key) for key, _ in _leaves(self.given) if not unsure(key)):
             if key not in asked:
                 close = difflib.get_close_matches(key, asked, n=1)
                 lines.append(

@@ -134,9 +134,9 @@ class Interview:
     answers: Answers
     factor: Factor
 
-    def ask(self, key: Key, text: str, default: Any, check: Check, allowed: str = "") -> Any:
+    def ask(self, key: Key, text: str, default: Any, check: Check, allowed: str = "", stand_in: Any = None) -> Any:
         """One answer."""
-        return self.answers.ask(Question(key, text, default, check, allowed))
+        return self.answers.ask(Question(key, text, default, check, allowed, stand_in))
 
     def quantity(self, key: str, text: str, default: Any) -> Any:
         """A quantity of the case, asked under its own key."""
@@ -149,7 +149,17 @@ class Interview:
         return self.ask(key, f"{text} ({allowed})", default, check, allowed)
 
     def shot(self) -> Shot:
-        """The whole interview; raises UserError."""
+        """The whole interview; raises UserError with all answers that cannot be."""
+        try:
+            shot = self._shot()
+        except UserError as error:
+            self.answers.refuse(error)
+            raise
+        self.answers.refuse()
+        return shot
+
+    def _shot(self) -> Shot:
+        """The questions in order; an answer that cannot be is kept for the end where nobody can correct it."""
         path = self.ask(
             ("record", "file"), "Measured file: CSV, text, TDMS, .mat, .xlsx, UFF58, binout", None, _readable
         )
@@ -330,6 +340,7 @@ class Interview:
             f"{shown}: {text}",
             None if foreign or beyond else (-1 if turned else 1),
             self._number_check if bare else self._factor_check,
+            stand_in=1,
         )
 
     def _number_check(self, value: Any) -> Any:

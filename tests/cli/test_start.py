@@ -135,6 +135,33 @@ def test_an_answer_that_cannot_be_is_an_error_that_names_its_key(export: Path, m
     assert not Path("Shot_7/loop").exists()
 
 
+def test_all_answers_that_cannot_be_are_named_at_once(export: Path) -> None:
+    """One was named a call."""
+    path = export.with_name("a.toml")
+    path.write_text(
+        '[record]\nfile = "Shot 7.csv"\n[columns."CH2"]\nkind = "strain"\nside = "top"\n'
+        '[columns."Disp Z"]\nkind = "duck"\nat = ["9 m", "0 mm"]\ndirection = "3 deg"\n'
+        '[plate]\nthickness = "2 m"\nlenght = "1 m"\n[bird]\nshape = "duck"\n[effort]\nruns = 2\n'
+        '[clock]\ncontact = "5 ms"\n'
+    )
+    found = invoke("--answers", path)
+    assert found.exit_code == 1, found.output
+    named = ["thickness", "shape", "runs", "contact", 'columns."Disp Z".kind', "columns.CH2.side", "lenght"]
+    named += ["columns.CH2.scale is missing", 'columns."Disp Z".at']
+    assert [word for word in named if word not in found.stderr] == []
+    assert '"Disp Z".direction' not in found.stderr, "whether that is asked is for the kind to say"
+    assert len(found.stderr.strip().splitlines()) == len(named)
+    assert not Path("Shot_7").exists()
+
+
+def test_answers_about_a_file_that_is_none_end_the_interview_with_one_line(export: Path) -> None:
+    path = export.with_name("a.toml")
+    path.write_text('[record]\nfile = "none.csv"\n[plate]\nlenght = "1 m"\n')
+    found = invoke("--answers", path)
+    assert found.exit_code == 1
+    assert found.stderr.strip().endswith('record.file = "none.csv" is no file here; give its path')
+
+
 def test_a_column_is_by_default_what_its_unit_or_its_name_says(tmp_path: Path) -> None:
     head = "t [us],laser [in],SG1 [µm/m],contact force [kN],load cell [kN],p1 [MPa],T [degC]"
     rows = [f"{10 * i},{0.001 * i},{i},{i},{i},{i},20" for i in range(40)]
