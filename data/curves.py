@@ -24,11 +24,9 @@ from birdstrike.data.tables.loose_table import import_line
 from birdstrike.data.units import ACCEPTED, DISPLAY, display, in_unit
 
 REPEATS = 0.2  # share of rows with the time of the row above, beyond which the clock has too few digits
-FOREIGN = (
-    *("leave the cell empty", "needs a name and a unit", "one column only", "as UTF-8", 'must be "time'),
-    "holds no table",
-)
-"""Words of the errors that a file in another format gives rise to."""
+CELL = "leave the cell empty"
+FOREIGN = (CELL, "needs a name and a unit", "one column only", "as UTF-8", 'must be "time', "holds no table")
+"""Words of the errors that a file in another format gives rise to; the first, a cell in a record's own format too."""
 LONGEST = 60  # letters of a shot's or a case's name: both stand together in the name of a file
 FORMAT = "%.9e"  # ten digits: more than any sensor has, the same text for the same double everywhere
 
@@ -215,8 +213,10 @@ def read_measured(path: str | Path) -> Measured:
         read = measured_from(read_table(Path(path)), path)
         return replace(read, digest=file_digest(Path(path)))
     except MeasuredError as error:
-        hint = _import_hint(Path(path)) if any(_is_foreign(text) for text in error.errors) else ()
-        raise MeasuredError([*error.errors, *hint], error.heading) from error
+        foreign = [text for text in error.errors if _is_foreign(text)]
+        hint = _import_hint(Path(path)) if foreign else ()
+        cells_alone = all(CELL in text for text in foreign)
+        raise MeasuredError([*error.errors, *hint] if cells_alone else [*hint, *error.errors], error.heading) from error
 
 
 def as_measured(record: str | Path | Measured) -> Measured:
@@ -235,7 +235,7 @@ def _import_hint(path: Path) -> Iterable[str]:
     if not line and path.exists() and path.suffix.lower() in EXPORTS:
         line = f"birdstrike import {shlex.quote(str(path))} --sensor displacement_centre --out record.csv"
     if line:
-        yield f"an export of an instrument or a solver? This makes a record of it: {line}"
+        yield f"{path} is no measured-data CSV; if it is an export, this makes a record of it: {line}"
 
 
 def measured_from(table: CsvTable, path: str | Path) -> Measured:

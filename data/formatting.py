@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from birdstrike.data.units import display, rounded
 
 
@@ -24,6 +26,11 @@ def span(low: float, high: float, si_unit: str, digits: int = 3) -> str:
     while start != end and digits < DIGITS and rounded(start, digits) == rounded(end, digits):
         digits += 1
     return f"{rounded(start, digits)} .. {quantity(high, si_unit, digits)}"
+
+
+def fewest_decimals(number: float) -> str:
+    """The fewest decimals that give a number, at most nine: a time [s] to 1 ns."""
+    return np.format_float_positional(number, precision=9, trim="-")
 
 
 def many(count: int, what: str) -> str:

@@ -41,6 +41,8 @@ MEASURED = ("m", "N", "Pa", "")
 """SI units of what the sensors of a case give."""
 STRAIN = 1.0
 """A strain that no gauge survives: bonded foil ends at 0.2."""
+GRAVITIES = ("g", "G", "g_n", "gn", "gee")
+"""How heads of accelerometers write the standard gravity."""
 _FORCES = {"lb": "lbf", "lbs": "lbf", "t": "tf"}
 """Units of mass that a head may name for a force; all others for kilograms of force."""
 
@@ -428,7 +430,7 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
     given = options.units.get(name)
     head = table.heads[index] if table.heads else Head(table.names[index])
     own, column = head.unit, f'{table.path}: column "{table.names[index]}"'
-    option = "--time-unit ms" if name == "time" else f"--unit {name}={_example(name)[1]}"
+    option = f"--time-unit {table.likely_time_unit(index)}" if name == "time" else f"--unit {name}={_example(name)[1]}"
     if own is None and given is None:
         if head.foreign and (better := meant(head.foreign)):
             raise UnitError(
@@ -437,6 +439,7 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
         if head.foreign and name == "time":
             raise UnitError(f"{column} is in {head.foreign}, which is no unit of time; say which it is: {option}")
         if head.foreign:
+            _refuse_acceleration(column, name, head.foreign)
             raise UnitError(
                 f"{column} is in {head.foreign}, which is no unit of a sensor; say what it stands for: "
                 f'--scale {name}="{stands_for(head.foreign, name)}" (or {option} with a --scale)'
@@ -446,8 +449,10 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
     if name in options.per:
         return given or ""
     if own is not None and given is not None and scaled("1", own) != scaled("1", given):
+        called = f"in {own}" if own else 'a ratio ("-" in its head)'
         raise UnitError(
-            f"{column} is in {own}, and {option.split()[0]} says {given}; leave the option out, or correct the file"
+            f"{column} is {called}, and {option.split()[0]} says {given}; leave the option out (a factor is stated by "
+            f"--scale {name}=NUMBER), or correct the file"
         )
     said = given or own or ""
     if name != "time":
@@ -469,6 +474,7 @@ def _example(sensor: str) -> tuple[str, str]:
 def _refuse_unit(column: str, name: str, unit: str) -> None:
     """Raises UnitError for a unit in which no sensor measures; column: as messages call it."""
     kind = dimension(unit)
+    _refuse_acceleration(column, name, unit)
     if kind == "kg":
         raise UnitError(
             f"{column} is in {unit}, a mass, which no sensor measures; if a force in pounds or kilograms is meant, say "
@@ -479,6 +485,21 @@ def _refuse_unit(column: str, name: str, unit: str) -> None:
             f"{column} is in {unit}, which no sensor of a case measures (they give mm, kN, MPa or um/m); import "
             "another column, or convert the readings before"
         )
+
+
+def _refuse_acceleration(column: str, name: str, unit: str) -> None:
+    """Raises UnitError for the unit of an accelerometer; g, a gram elsewhere, is the standard gravity there."""
+    if unit in GRAVITIES:
+        said = f"in {unit}: of an accelerometer, 9.80665 m/s^2"
+    elif dimension(unit) == dimension("m/s^2"):
+        said = f"in {unit}, an acceleration"
+    else:
+        return
+    raise UnitError(
+        f"{column} is {said}; no sensor of a case measures an acceleration (they give mm, kN, MPa or um/m), none is a "
+        "displacement by a factor: integrate it twice over time, from rest and without its drift, to a displacement "
+        f"(g times 9.80665 is m/s^2), and import that: --sensor {name}=COLUMN --unit mm"
+    )
 
 
 def _rate_hint(table: LooseTable) -> str:

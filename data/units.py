@@ -89,6 +89,7 @@ OTHER_RATIO = "ratio"
 _WORDS = {
     **dict.fromkeys(("Second", "Seconds", "SECONDS", "Sec", "SEC", "Sek", "sek", "Sekunden"), "s"),
     **dict.fromkeys(("Volt", "Volts", "VOLTS"), "V"),
+    **dict.fromkeys(('"', '1"', "''", "\u2033", "1\u2033"), "in"),
 }
 """Units as oscilloscopes and loggers write them out."""
 

@@ -32,6 +32,10 @@ READ_SO = (
 """Signs of the provenance's lines on what was read in a way of its own."""
 
 
+FAR_S, FAR = 1.0, 10.0
+"""[s], and lengths of a record: farther off 0, its clock does not count from the trigger."""
+
+
 def import_curve(
     path: str | Path,
     out: str | Path,
@@ -206,6 +210,7 @@ def _remarks(record: Measured) -> Iterator[str]:
     yield from (line for line in record.provenance if any(sign in line for sign in READ_SO))
     yield from (line for line in record.provenance if line.endswith("was subtracted."))
     yield from _strains_beyond(record)
+    yield from _far_clock(record)
     try:
         channels = read_raw(record)
     except MeasuredError as error:
@@ -215,6 +220,18 @@ def _remarks(record: Measured) -> Iterator[str]:
         if channel.noise.known:
             yield f"{channel.name}: noise {quantity(channel.noise.level, channel.unit, 2)} ({channel.noise.source})"
         yield from (f"look at {text}" for text in channel.warnings)
+
+
+def _far_clock(record: Measured) -> Iterator[str]:
+    """Of a clock that counts from long before the record, as one of the date or of a logger that runs all day."""
+    from birdstrike.data.formatting import fewest_decimals
+
+    first, last = float(record.time[0]), float(record.time[-1])
+    if abs(first) > FAR_S + FAR * (last - first):
+        yield (
+            f"look at the clock: it begins at {fewest_decimals(first)} s, {1e3 * (last - first):.3g} ms before the "
+            f'record ends; count it from the trigger, or from its first row: --shift "{fewest_decimals(-first)} s"'
+        )
 
 
 def _strains_beyond(record: Measured) -> Iterator[str]:
@@ -293,11 +310,12 @@ def factor_of(text: str) -> tuple[float, str, str]:
 
 def _seen(record: Measured, name: str) -> str:
     """A curve in one line, so that a wrong unit or sign is seen at once."""
+    from birdstrike.data.formatting import span
     from birdstrike.data.histories import farthest
     from birdstrike.data.units import display
 
     time, values = record.points(name)
     i = int(farthest(values))
     peak, unit = display(float(values[i]), record.units[name])
-    shown = " .. ".join(f"{display(float(t), 's')[0]:.4g}" for t in (time[0], time[-1]))
-    return f"{name}: {len(time)} points, {shown} ms, largest {f'{peak:.4g} {unit}'.rstrip()} at {1e3 * time[i]:.4g} ms"
+    shown = span(float(time[0]), float(time[-1]), "s", 4)
+    return f"{name}: {len(time)} points, {shown}, largest {f'{peak:.4g} {unit}'.rstrip()} at {1e3 * time[i]:.4g} ms"

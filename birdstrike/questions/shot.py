@@ -249,7 +249,11 @@ class Interview:
         if units[table.index(name)] == "s":
             return {"time": name, "time_unit": ""}
         check, allowed = of_choice("s", "ms", "us")
-        return {"time": name, "time_unit": self.ask(("record", "time_unit"), "Unit of the clock", "ms", check, allowed)}
+        likely = table.likely_time_unit(table.index(name))
+        return {
+            "time": name,
+            "time_unit": self.ask(("record", "time_unit"), "Unit of the clock", likely, check, allowed),
+        }
 
     def _column(
         self,

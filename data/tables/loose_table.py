@@ -13,6 +13,7 @@ from itertools import groupby, pairwise, repeat
 from pathlib import Path
 
 from birdstrike.data.errors import MeasuredError, UnitError
+from birdstrike.data.formatting import many
 from birdstrike.data.tables.csv_table import cells_of
 from birdstrike.data.tables.text_file import decoded_lines
 from birdstrike.data.units import factor, is_ratio, si_unit
@@ -31,10 +32,14 @@ MOST_BEHIND = 20
 """Lines behind a table, beyond which they are taken for rows that are damaged."""
 NEAREST = 2
 """Lines right above a table, whose cells beyond its columns or before its empty ones are no matter."""
-UNIT_LABELS = ("unit", "units", "einheit", "einheiten", "vunit", "y_unit_label", "sequence")
+UNIT_LABELS = ("unit", "units", "einheit", "einheiten", "vunit", "vertical units", "y_unit_label", "sequence")
+CLOCK_LABELS = ("horizontal units", "horizontal unit", "hunit", "x units", "x unit", "x_unit_label")
+"""What oscilloscopes write before the unit of the clock, above the table or beside its first rows."""
 NAME_LABELS = ("tracename",)
 """What instruments write before the units and the names of their channels, above the clock."""
 _ANOTHER = "; where a second table begins, put each into a file of its own"
+LENGTHS = {"us": 1000.0, "ms": 0.3}
+"""Unit of a clock -> the least number that a record's length is in it; a shorter one is in seconds."""
 MOST_BESIDE = 30
 """First rows of a table, beside which an instrument's settings may stand."""
 
@@ -130,6 +135,12 @@ class LooseTable:
         """Whether a column holds a number: one of text is empty."""
         return any(cells[index] for _, cells in self.rows)
 
+    def likely_time_unit(self, index: int) -> str:
+        """The unit of a clock whose head gives none, by its length: a record of an impact lasts milliseconds."""
+        times = [float(cells[index]) for _, cells in self.rows if cells[index]]
+        length = times[-1] - times[0] if times else 1.0
+        return next((unit for unit, least in LENGTHS.items() if length >= least), "s")
+
     def index(self, column: str) -> int:
         """Place of a column given by name, with or without its unit, as it stands in the file, or by number from 1.
 
@@ -171,7 +182,7 @@ def import_line(path: Path) -> str:
         head.name if _OF_A_CASE.fullmatch(head.name) else f"{name}={shlex.quote(head.text or head.name)}"
         for name, head in zip(names, shown_heads, strict=False)
     ]
-    given = [] if heads[0].unit else ["--time-unit ms"]
+    given = [] if heads[0].unit else [f"--time-unit {table.likely_time_unit(0)}"]
     given += [] if all(head.unit for head in shown_heads) else ["--unit mm"]
     options = " ".join([*(f"--sensor {text}" for text in shown), *given])
     return f"birdstrike import {shlex.quote(str(path))} {options} --out {shlex.quote(f'{path.stem}_si.csv')}"
@@ -232,6 +243,8 @@ def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: 
     _refuse_common_factor(path, lines[:start])
     _refuse_parted_decimals(path, lines[:start], rows, delimiter, filled)
     heads, notes = _heads(lines[:start], delimiter, width, filled)
+    clock = next(j for j in range(width) if any(cells[j] for _, cells in rows))
+    heads = _with_clock_unit(heads, lines[: start + MOST_BESIDE], delimiter, width, clock)
     remarks = tuple(
         f'{count} cell{"s" if count > 1 else ""} "{cell}", the first in line {first[cell]}, read as gaps'
         for cell, count in gaps.items()
@@ -243,7 +256,8 @@ def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: 
         remarks += (f"lines that repeat the head were left out: {len(repeated)}, the first line {repeated[0]}",)
     if behind:
         last = next(i for i in range(len(lines), 0, -1) if lines[i - 1].strip())
-        remarks += (f"{behind} lines behind the table, the last line {last}, were left out: no {width} numbers each",)
+        where = f"{many(behind, 'line')} behind the table, the last line {last}"
+        remarks += (f"{where}, {'was' if behind == 1 else 'were'} left out: no {width} numbers each",)
     return _with_clocks(LooseTable(path, heads, tuple(rows), notes, remarks))
 
 
@@ -551,6 +565,19 @@ def _heads(lines: Sequence[str], delimiter: str, width: int, filled: int) -> tup
         for cell, unit in zip(names, units if names else (), strict=True)
     )
     return tuple(heads), tuple(line.strip() for line in above)
+
+
+def _with_clock_unit(
+    heads: tuple[Head, ...], lines: Sequence[str], delimiter: str, width: int, clock: int
+) -> tuple[Head, ...]:
+    """The heads with the unit that an oscilloscope's settings give of its clock, where its own head gives none."""
+    cells = (_cells(line.lstrip(" #$%"), delimiter) for line in lines)
+    units = (row[1] for row in cells if len(row) > 1 and row[0].strip(": ").lower() in CLOCK_LABELS)
+    unit = next((one for one in units if _is_unit(one) and one not in RATIO), None)
+    if not unit or (heads and (heads[clock].unit is not None or heads[clock].foreign)):
+        return heads
+    heads = heads or tuple(Head(str(j + 1), text=str(j + 1)) for j in range(width))
+    return (*heads[:clock], replace(heads[clock], unit=unit), *heads[clock + 1 :])
 
 
 def _refuse_common_factor(path: Path, above: Sequence[str]) -> None:

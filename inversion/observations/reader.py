@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from birdstrike.data.curves import Measured, ReadBefore
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
-from birdstrike.data.formatting import many, plain, quantity
+from birdstrike.data.formatting import fewest_decimals, many, plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.baseline import Baseline
 from birdstrike.inversion.observations.high_frequency import digitiser_step, white_scatter
@@ -443,17 +443,12 @@ def _clock(measured: Measured, name: str) -> str:
     """From when to when a channel was read, and what may be wrong with that."""
     times, _ = measured.points(name)
     first, last = (f"{t:.10g} s" if abs(t) > 1.0 else f"{1e3 * t:.4g} ms" for t in (times[0], times[-1]))
-    shift = f' (--shift "{_digits(-times[0])} s" makes its first row 0)' if times[0] else " (--shift)"
+    shift = f' (--shift "{fewest_decimals(-times[0])} s" makes its first row 0)' if times[0] else " (--shift)"
     length = f", {1e3 * (times[-1] - times[0]):.4g} ms" if first == last else ""
     return (
         f"its clock runs from {first} to {last}{length}: is it in another unit (import it again with the right "
         f"--time-unit), or does it count from another instant{shift}"
     )
-
-
-def _digits(seconds: float) -> str:
-    """The fewest decimals that give the number, at most down to 1 ns."""
-    return np.format_float_positional(seconds, precision=9, trim="-")
 
 
 def _before_contact(points: _Points, rest_until: float) -> BeforeContact:

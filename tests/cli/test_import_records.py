@@ -42,6 +42,29 @@ def test_the_tutorials_column_is_found_as_it_stands_in_the_file(tmp_path: Path) 
     assert f"{CENTRE}: noise 0.03" in found.stdout or f"{CENTRE}: noise 0.02" in found.stdout
 
 
+@pytest.mark.parametrize(("first", "shift"), [(1.7e9, "-1700000000 s"), (35.25, "-35.25 s"), (-35.5, "35.5 s")])
+def test_a_clock_far_from_its_trigger_is_told_with_its_shift(tmp_path: Path, first: float, shift: str) -> None:
+    """Seconds since 1970 were imported without a word."""
+    rows = "".join(f"{first + 1e-5 * k:.5f},{k % 7}\n" for k in range(99))
+    (tmp_path / "a.csv").write_text(f"t [s],w [mm]\n{rows}")
+    options = (tmp_path / "a.csv", "--sensor", CENTRE, "--out", tmp_path / "o.csv")
+    assert f"look at the clock: it begins at {first:.10g} s, 0.98 ms before the record ends" in invoke(*options).stdout
+    assert f'--shift "{shift}"' in invoke(*options).stdout
+    moved = invoke(*options, "--shift", shift)
+    assert "look at the clock" not in moved.stdout
+    assert read_measured(tmp_path / "o.csv").time[0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_line_that_makes_a_record_of_an_export_stands_before_what_is_wrong_with_it(tmp_path: Path) -> None:
+    """It stood behind ten lines."""
+    with pytest.raises(MeasuredError) as raised:
+        read_measured(export(tmp_path / "a.csv"))
+    first, *others = raised.value.errors
+    assert first.startswith(f"{tmp_path / 'a.csv'} is no measured-data CSV; if it is an export, this makes a record")
+    assert "birdstrike import" in first
+    assert others
+
+
 def test_volts_come_in_with_what_they_stand_for(tmp_path: Path) -> None:
     source = export(tmp_path / "a.csv", head="CH1 [V]")
     for sensor in ("CH1", "CH1 [V]"):
@@ -152,7 +175,7 @@ def test_a_raw_export_in_a_records_place_names_the_import_line(tmp_path: Path) -
     source = export(tmp_path / "daq file.csv")
     with pytest.raises(MeasuredError) as caught:
         read_measured(source)
-    line = caught.value.errors[-1]
+    line = caught.value.errors[0]
     assert "birdstrike import" in line
     assert f"--sensor {CENTRE}='Disp Z (mm)' --out" in line
     assert str(source) in line
@@ -164,7 +187,7 @@ def test_the_import_line_names_every_sensor_apart_and_no_empty_column(tmp_path: 
     source.write_text("Zeit [ms];Weg [mm];Kraft [kN];\n0,0;0,1;2,0;\n0,5;0,2;3,0;\n1,0;0,3;4,0;\n")
     with pytest.raises(MeasuredError) as caught:
         read_measured(source)
-    assert f"--sensor {CENTRE}='Weg [mm]' --sensor SENSOR_2='Kraft [kN]' --out" in caught.value.errors[-1]
+    assert f"--sensor {CENTRE}='Weg [mm]' --sensor SENSOR_2='Kraft [kN]' --out" in caught.value.errors[0]
 
 
 def test_the_import_line_keeps_the_names_of_sensors_and_leaves_their_noise_out(tmp_path: Path) -> None:
@@ -172,7 +195,7 @@ def test_the_import_line_keeps_the_names_of_sensors_and_leaves_their_noise_out(t
     source.write_text(f"time [ms];{CENTRE} [mm];{CENTRE}_sigma [mm];contact_force [kN]\n0;0,1;0,1;2\n1;0,3;0,1;4\n")
     with pytest.raises(MeasuredError) as caught:
         read_measured(source)
-    assert f"--sensor {CENTRE} --sensor contact_force --out" in caught.value.errors[-1]
+    assert f"--sensor {CENTRE} --sensor contact_force --out" in caught.value.errors[0]
 
 
 @pytest.mark.parametrize(

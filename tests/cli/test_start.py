@@ -215,6 +215,15 @@ def test_a_strain_without_a_unit_is_by_default_what_its_size_says(tmp_path: Path
     assert read_measured(found.record).channels["strain"].max() == pytest.approx(2.05e-3, rel=0.01)
 
 
+@pytest.mark.parametrize(("size", "unit"), [(1e-3, "s"), (1.0, "ms"), (1e3, "us")])
+def test_the_unit_of_a_clock_is_by_default_the_one_its_length_says(tmp_path: Path, size: float, unit: str) -> None:
+    """Milliseconds were proposed of every clock."""
+    rows = "".join(f"{0.02 * i * size:.6g},{5.0 * np.sin(max(0.02 * i - 1.0, 0.0)):.4f}\n" for i in range(200))
+    found = begun(tmp_path, f"t,w [mm]\n{rows}")
+    assert found.shot.time_unit == unit
+    assert read_measured(found.record).time[-1] == pytest.approx(3.98e-3, rel=0.2)
+
+
 def test_a_number_of_the_row_is_by_default_neither_clock_nor_sensor(tmp_path: Path) -> None:
     path = tmp_path / "dic.csv"
     path.write_text("Index [1],Time [s],Point 1 dZ [mm]\n" + "".join(f"{k},{1e-3 * k},{k % 3}\n" for k in range(9)))

@@ -186,6 +186,53 @@ OF_INSTRUMENTS = {
 }
 
 
+TEKTRONIX = {
+    "above the table": (
+        "Model,MSO54\nHorizontal Units,s\nVertical Units,V,V\n,,\nLabel,LASER,FRAME\nTIME,CH1,CH2\n",
+        lambda k: f"{1e-3 * k:.6e},{k % 5},0\n",
+        "CH1",
+    ),
+    "beside its first rows": (
+        "",
+        lambda k: f"{dict(enumerate(TDS)).get(k, ',')},,{1e-3 * k:.12f},{k % 5},\n",
+        "5",
+    ),
+    "in milliseconds": ("HUnit,ms\nTIME,CH1\n", lambda k: f"{k},{k % 5}\n", "CH1"),
+}
+TDS = ("Record Length,12", "Sample Interval,1e-3", "Vertical Units,V", "Horizontal Units,s", "Source,CH1")
+
+
+@pytest.mark.parametrize("kind", TEKTRONIX)
+def test_the_clock_of_an_oscilloscope_has_the_unit_of_its_settings(tmp_path: Path, kind: str) -> None:
+    """It was asked for, and milliseconds proposed."""
+    head, row, column = TEKTRONIX[kind]
+    options = ImportOptions({"w": column}, units={"w": "mm"}, scales={"w": 2.5}, per={"w": "V"})
+    found = imported(tmp_path / "a.csv", head + "".join(map(row, range(99))), options)
+    assert found.time == pytest.approx(1e-3 * np.arange(99))
+    assert found.channels["w"] == pytest.approx(2.5e-3 * (np.arange(99) % 5))
+
+
+@pytest.mark.parametrize("head", ['w (1")', 'w (")', 'w / "', "w [\u2033]"])
+def test_an_inch_mark_is_a_unit(tmp_path: Path, head: str) -> None:
+    found = imported(
+        tmp_path / "a.csv", f"t [ms];{head}\n" + "".join(f"{k};{k}\n" for k in range(9)), ImportOptions(CENTRE)
+    )
+    assert found.channels["displacement_centre"] == pytest.approx(0.0254 * np.arange(9))
+
+
+@pytest.mark.parametrize("name", ['Laser 1" gauge', '1" gauge'])
+def test_an_inch_mark_in_a_name_is_part_of_it(tmp_path: Path, name: str) -> None:
+    rows = "".join(f"{k},{k},0\n" for k in range(9))
+    found = imported(tmp_path / "a.csv", f"t [ms],{name} [mm],b [mm]\n{rows}", ImportOptions({"w": name}))
+    assert found.channels["w"] == pytest.approx(1e-3 * np.arange(9))
+
+
+def test_one_line_behind_a_table_is_one_line(tmp_path: Path) -> None:
+    rows = "".join(f"{k},{k}\n" for k in range(9))
+    found = imported(tmp_path / "a.csv", f"t [ms],w [mm]\n{rows}end of record 7\n", ImportOptions(CENTRE))
+    assert any(line.startswith("1 line behind the table, the last line 11, was left out") for line in found.provenance)
+
+
 @pytest.mark.parametrize("kind", OF_INSTRUMENTS)
 def test_heads_of_instruments_name_their_columns(tmp_path: Path, kind: str) -> None:
     head, row, column = OF_INSTRUMENTS[kind]
@@ -440,6 +487,16 @@ WRONG = [
     ("t [V],a_mm\n0,0\n1,1\n", ImportOptions({"w": "a"}), r'"t" is in V, which is no unit of time; .*--time-unit ms'),
     ("just text\nand more\n", ImportOptions(CENTRE), r"no table: no two lines in a row of two or more numbers each"),
     ("t [ms],f [lbs]\n0,0\n1,1\n", ImportOptions({"f": ""}), r'in lbs, a mass, .* --scale f="1 lbf/lbs"'),
+    ("t [ms],a [g]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"a" is in g: .* 9.80665 m/s\^2; .* integrate it twice'),
+    ("t [ms],a [m/s^2]\n0,0\n1,1\n", ImportOptions({"w": ""}), r"in m/s\^2, an acceleration; .* integrate it twice"),
+    ("t [ms],a [g_n]\n0,0\n1,1\n", ImportOptions({"w": ""}), r"in g_n: of an accelerometer, .* integrate it twice"),
+    (
+        "t [ms],a [-]\n0,0\n1,1\n",
+        ImportOptions({"w": ""}, units={"w": "mm"}),
+        r'"a" is a ratio \("-" in its head\), and --unit says mm; .* --scale w=NUMBER',
+    ),
+    ("t,w_mm\n0,0\n1e-3,1\n", ImportOptions(CENTRE), r'"t" has no unit; say which: --time-unit s,'),
+    ("t,w_mm\n0,0\n3000,1\n", ImportOptions(CENTRE), r'"t" has no unit; say which: --time-unit us,'),
     ("t [ms],f [kg]\n0,0\n1,1\n", ImportOptions({"f": ""}), r'in kg, a mass, .* --scale f="1 kgf/kg"'),
     ("t_ms,a_mm\n0,1e400\n1,1\n", ImportOptions(CENTRE), r"1e400.*is not|too large|not a finite"),
 ]
