@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
@@ -26,6 +27,13 @@ def span(low: float, high: float, si_unit: str, digits: int = 3) -> str:
     while start != end and digits < DIGITS and rounded(start, digits) == rounded(end, digits):
         digits += 1
     return f"{rounded(start, digits)} .. {quantity(high, si_unit, digits)}"
+
+
+def signed_ms(seconds: float, width: float = 0.0) -> str:
+    """A shift of a clock [s] as "+0.012 ms", to two digits of the width [s] of its interval, without one of itself."""
+    size = 1e3 * abs(width or seconds)
+    decimals = 3 if size == 0.0 else min(max(3, 1 - math.floor(math.log10(size))), 9)
+    return f"{1e3 * seconds:+.{decimals}f} ms"
 
 
 def fewest_decimals(number: float) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from os import PathLike
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.nearest import did_you_mean
 
 DATA = Path(__file__).resolve().parent
 CASES = DATA / "cases"
@@ -49,10 +49,11 @@ def _resolve(name: str | Path, folder: Path, suffix: str, what: str, beside: Pat
     if given.parent != Path():
         there = _files(candidates[0].parent, suffix)
         otherwise = f"files there: {', '.join(there[:10]) or 'none'}"
-        raise UserError(f'"{name}" is no {what}; {_nearest(given.name, there, otherwise)}')
+        hint = did_you_mean(given.name, there, otherwise, quote='"')
+        raise UserError(f'"{name}" is no {what}; {hint}')
     shipped = [Path(file).stem for file in _files(folder, suffix)]
-    otherwise = f"shipped: {', '.join(shipped)}"
-    raise UserError(f'"{name}" is no {what} here and no shipped one; {_nearest(given.stem, shipped, otherwise)}')
+    hint = did_you_mean(given.stem, shipped, f"shipped: {', '.join(shipped)}", quote='"')
+    raise UserError(f'"{name}" is no {what} here and no shipped one; {hint}')
 
 
 def _files(folder: Path, suffix: str) -> list[str]:
@@ -61,9 +62,3 @@ def _files(folder: Path, suffix: str) -> list[str]:
         return sorted(path.name for path in folder.glob(f"*{suffix}"))
     except (OSError, ValueError):
         return []
-
-
-def _nearest(given: str, known: list[str], otherwise: str) -> str:
-    """The hint of the nearest known name."""
-    close = difflib.get_close_matches(given, known, n=1)
-    return f'did you mean "{close[0]}"?' if close else otherwise

@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 import re
 from decimal import Decimal
-from difflib import get_close_matches
 from functools import cache
 from numbers import Real
 from typing import TYPE_CHECKING
 
 from birdstrike.data.errors import UnitError
+from birdstrike.data.nearest import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -163,7 +163,7 @@ def meant(unit: str) -> str:
     known, text = re.findall(r"[^,;\s]+", " ".join(ACCEPTED.values())), unit.strip().casefold()
     alike = [one for one in dict.fromkeys(known) if one.casefold() == text and one != unit]
     words = {word: short for short, word in PLURALS.items()}
-    alike += [words[word] for word in get_close_matches(text, words, n=1, cutoff=0.8)]
+    alike += [words[word] for word in [nearest(text, words, 0.8)] if word]
     return f'; "{alike[0]}"?' if alike else ""
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -13,6 +12,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
+from birdstrike.data.nearest import did_you_mean
 from birdstrike.data.units import ACCEPTED, PLURALS, UnitError, decimal_comma, from_si, parts, si_unit, to_si
 
 NEAR = 0.75
@@ -229,8 +229,8 @@ class OneOf:
             return value
         if value in self.planned:
             raise complaint(f"is not available in this version; {self.here}")
-        close = difflib.get_close_matches(str(value), self.available, n=1, cutoff=NEAR)
-        raise complaint(f'is unknown; did you mean "{close[0]}"?' if close else f"is unknown; {self.here}{self.more}")
+        hint = did_you_mean(str(value), self.available, f"{self.here}{self.more}", alike=NEAR, quote='"')
+        raise complaint(f"is unknown; {hint}")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return checked(self.validate)

@@ -200,6 +200,7 @@ def finish(begun: Begun, workers: int | None, display: Display | None, say: Call
 def _import(begun: Begun, say: Callable[[str], None]) -> None:
     """The record on the case's clock; where first contact is not known, one simulation of the case shows when."""
     from birdstrike.data.curves import read_measured
+    from birdstrike.data.formatting import signed_ms
     from birdstrike.data.units import to_si
     from birdstrike.questions.clock import shift_to
     from birdstrike.questions.shot import UNKNOWN
@@ -211,7 +212,7 @@ def _import(begun: Begun, say: Callable[[str], None]) -> None:
         _imported(begun, 0.0)
         until = case.first_contact + to_si(shot.until, "s")
         shift = shift_to(_simulated(begun, say), read_measured(begun.record), until)
-        say(f"The response begins as the simulation's does when {1e3 * shift:+.3f} ms are added to the record's clock.")
+        say(f"The response begins as the simulation's does when {signed_ms(shift)} are added to the record's clock.")
     _imported(begun, shift)
     _cut(begun)
 

@@ -190,12 +190,14 @@ def lines(inversion: Inversion) -> Iterator[str]:
 
 def posterior_lines(inversion: Inversion) -> Iterator[str]:
     """Known errors, shots, refinement, posterior and directions, one line each."""
+    from birdstrike.data.formatting import many, signed_ms
+
     if inversion.known_errors:
         yield f"carried by the model: {'; '.join(inversion.known_errors)}"
     for figures in inversion.mesh_correction:
         yield figures.sentence
     for shot in inversion.shots:
-        yield f"shot {shot.path}: time origin {shot.time_offset * 1e3:+.3f} ms on its own"
+        yield f"shot {shot.path}: time origin {signed_ms(shot.time_offset)} on its own"
     if inversion.shot_scatter is not None:
         few = len(inversion.shots)
         yield (
@@ -205,7 +207,7 @@ def posterior_lines(inversion: Inversion) -> Iterator[str]:
     if inversion.refinement is not None:
         ends = inversion.refinement
         yield (
-            f"refinement: {len(ends.added)} runs added; emulator's error at the answer {ends.error[0]:.2f} -> "
+            f"refinement: {many(len(ends.added), 'run')} added; emulator's error at the answer {ends.error[0]:.2f} -> "
             f"{ends.error[-1]:.2f} of the noise; {ends.reason}"
         )
     if (posterior := inversion.posterior) is not None:

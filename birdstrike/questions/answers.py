@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -14,6 +13,7 @@ import tomli_w
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
+from birdstrike.data.nearest import did_you_mean
 
 Key = tuple[str, ...]
 DECIDES = ("kind", "shape")
@@ -132,10 +132,8 @@ class Answers:
         lines = []
         for key in (dotted(key) for key, _ in _leaves(self.given) if not unsure(key)):
             if key not in asked:
-                close = difflib.get_close_matches(key, asked, n=1)
-                lines.append(
-                    f"{key} is no question about this record" + (f"; did you mean {close[0]}?" if close else "")
-                )
+                hint = did_you_mean(key, sorted(asked))
+                lines.append(f"{key} is no question about this record" + (f"; {hint}" if hint else ""))
         return lines
 
     def text(self) -> str:

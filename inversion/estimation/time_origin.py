@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from birdstrike.data.formatting import signed_ms
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN
@@ -32,7 +33,7 @@ def held(calibrator: Calibrator, t0: float) -> str:
     tau = t0 / calibrator.sigma
     if earliest + NEAR < tau < latest - NEAR:
         return ""
-    text = f"the time origin {t0 * 1e3:+.3f} ms is held by"
+    text = f"the time origin {signed_ms(t0)} is held by"
     if tau <= earliest + NEAR and earliest > -FARTHEST_ORIGIN + NEAR:
         return f"{text} the end of the simulated record at {calibrator.model.end * 1e3:g} ms; raise time.end"
     return (

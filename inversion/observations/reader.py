@@ -8,7 +8,6 @@ model's is for the fit to find, within the time origin's standard deviation.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -20,6 +19,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.formatting import fewest_decimals, many, plain, quantity
 from birdstrike.data.histories import Array
+from birdstrike.data.nearest import did_you_mean
 from birdstrike.inversion.observations.baseline import Baseline
 from birdstrike.inversion.observations.high_frequency import digitiser_step, white_scatter
 from birdstrike.inversion.observations.noise import BeforeContact, Noise, Stated, channel_noise, with_digitiser
@@ -288,8 +288,8 @@ def _mismatch(measured: Measured, expected: Expected, name: str) -> list[str]:
     """Why a channel cannot be compared with the model."""
     channel = f'measured channel "{name}" in {measured.path}'
     if name not in expected.units:
-        close = difflib.get_close_matches(name, expected.units, n=1)
-        hint = f'; did you mean "{close[0]}"? Import the record again with that name' if close else ""
+        close = did_you_mean(name, expected.units, quote='"')
+        hint = f"; {close} Import the record again with that name" if close else ""
         return [f"{channel} is no sensor of {expected.of}; sensors: {', '.join(expected.units)}{hint}"]
     if measured.units[name] != expected.units[name]:
         have = f"unit {measured.units[name]}" if measured.units[name] else "no unit"

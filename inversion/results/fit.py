@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from birdstrike.data.formatting import plain
+from birdstrike.data.formatting import plain, signed_ms
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,10 @@ class TimeOrigin:
         if self.sigma is None:
             return "time origin: the record's own (the case names no time_offset)"
         if self.interval_95 is None:
-            return f"time origin: {self.value * 1e3:+.3f} ms, held there by a limit of the search"
+            return f"time origin: {signed_ms(self.value)}, held there by a limit of the search"
         low, high = self.interval_95
-        interval = f"(95 %: {low * 1e3:+.3f} .. {high * 1e3:+.3f} ms)"
-        return f"time origin: {self.value * 1e3:+.3f} ms {interval}, estimated by the emulator"
+        value, start, end = (signed_ms(one, high - low) for one in (self.value, low, high))
+        return f"time origin: {value} (95 %: {start.removesuffix(' ms')} .. {end}), estimated by the emulator"
 
 
 @dataclass(frozen=True)

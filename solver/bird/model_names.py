@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from typing import Any
 
+from birdstrike.data.nearest import did_you_mean
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 
@@ -22,8 +22,7 @@ def material_and_law(name: str) -> tuple[str, str]:
     if not law and model in EQUATIONS_OF_STATE and model not in BIRD_MATERIALS:
         model, law = FLUID, model
     if model not in BIRD_MATERIALS or name.endswith("+") or (law and law not in EQUATIONS_OF_STATE):
-        close = difflib.get_close_matches(name, _names(), n=1, cutoff=LIKE)
-        hint = f'did you mean "{close[0]}"?' if close else f"name {known_models()}"
+        hint = did_you_mean(name, _names(), f"name {known_models()}", alike=LIKE, quote='"')
         raise ValueError(f"is no bird model; {hint}")
     if law and "eos" not in BIRD_MATERIALS[model].model_fields:
         raise ValueError(f"is no bird model: {model} has no equation of state of its own; name {model} alone")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -13,6 +12,7 @@ from pydantic import GetCoreSchemaHandler
 from pydantic_core import core_schema
 
 from birdstrike.data.errors import CaseError
+from birdstrike.data.nearest import did_you_mean
 from birdstrike.data.units import UnitError, from_si, quantity_text, rounded, to_si
 from birdstrike.solver.case.overlay import Raw, by_place, overlay
 from birdstrike.solver.effects.effect import SECTIONS, Declared, Effect, failed
@@ -120,10 +120,8 @@ def magnitude(name: str, value: Any) -> float:
     """SI magnitude of an effect as a case states it; raises PydanticCustomError."""
     known, (kind, dot, place) = effects(), name.partition(".")
     if kind not in known:
-        close = difflib.get_close_matches(kind, known, n=1)
-        raise complaint(
-            f"is no effect; did you mean {close[0]}?" if close else f"is no effect; known: {', '.join(known)}"
-        )
+        hint = did_you_mean(kind, known, f"known: {', '.join(known)}")
+        raise complaint(f"is no effect; {hint}")
     if dot and known[kind].alone is None:
         raise complaint(_no_table(kind, {place: value}))
     if dot and not place:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
@@ -10,6 +9,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from birdstrike.data.nearest import did_you_mean
 from birdstrike.solver.case.overlay import SIZES, size_follows_from_mass
 from birdstrike.solver.case.sections import metadata_of, quantity_at, sections_of
 from birdstrike.solver.case.target import unknown_part
@@ -99,8 +99,7 @@ def _quantity_within(key: str, found: Any) -> str:
 
 def _did_you_mean(known: list[str], key: str) -> str:
     """The nearest key that the section knows, or all of them."""
-    close = difflib.get_close_matches(key, known, n=1)
-    return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
+    return did_you_mean(key, known, f"known here: {', '.join(known)}")
 
 
 def _expected(field: FieldInfo | None) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
@@ -10,6 +9,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import InitErrorDetails
 
+from birdstrike.data.nearest import nearest
 from birdstrike.data.units import UnitError, share
 from birdstrike.solver.bird.model_names import table_of
 from birdstrike.solver.case.external import Text
@@ -133,8 +133,8 @@ def _no_such_quantity(key: str) -> str:
 
 def _did_you_mean(word: str, known: Mapping[str, str]) -> str:
     """The key of the nearest of the known words, or all keys."""
-    close = difflib.get_close_matches(word, known, n=1)
-    return f"did you mean {known[close[0]]}?" if close else f"known: {', '.join(known.values())}"
+    close = nearest(word, known)
+    return f"did you mean {known[close]}?" if close else f"known: {', '.join(known.values())}"
 
 
 def _not_of_model(name: str, entries: Any) -> Iterator[InitErrorDetails]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,6 +12,7 @@ from pydantic import Field, ValidationError, model_validator
 from pydantic_core import InitErrorDetails
 
 from birdstrike.data.errors import CaseError, UserError
+from birdstrike.data.nearest import did_you_mean
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.case.plate import EDGE_WORDS, EdgeSprings
 from birdstrike.solver.fields import Between, OneOf, Section, WordOr, complaint
@@ -349,8 +349,8 @@ def _key(name: str) -> str:
 
 def _nearest(name: str, known: Sequence[str]) -> str:
     """The nearest of the known parts, and all of them."""
-    close = difflib.get_close_matches(name, known, n=1)
-    return f"{f'did you mean {close[0]}? Its' if close else 'its'} parts: {', '.join(known)}"
+    close = did_you_mean(name, known)
+    return f"{f'{close} Its' if close else 'its'} parts: {', '.join(known)}"
 
 
 def _speed_of_sound(material: TargetMaterial) -> float:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from birdstrike.data.formatting import listing, span
+from birdstrike.data.formatting import listing, signed_ms, span
 
 
 def test_an_interval_has_as_many_digits_as_its_ends_need() -> None:
     assert span(555.4, 643.2, "Pa s") == "555 .. 643 Pa s"
     assert span(1596.6, 1602.8, "m/s") == "1597 .. 1603 m/s"
     assert span(1600.0, 1600.0, "m/s") == "1600 .. 1600 m/s"
+
+
+def test_a_shift_of_a_clock_has_the_digits_that_tell_it_from_nothing() -> None:
+    assert signed_ms(1.234567e-5) == "+0.012 ms"
+    assert signed_ms(-4.2e-8) == "-0.000042 ms", "it was printed as -0.000"
+    assert signed_ms(4.2e-8, 2e-5) == "+0.000 ms", "nothing beside its interval"
+    assert signed_ms(1.23456e-5, 3e-7) == "+0.01235 ms"
+    assert signed_ms(0.0) == "+0.000 ms"
 
 
 def test_a_list_names_all_or_says_how_many_more_there_are() -> None:

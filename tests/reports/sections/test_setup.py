@@ -24,6 +24,15 @@ def test_the_set_up_has_the_effects_and_the_instruments_of_the_case(results: Res
     assert rows["instrument of displacement centre"] == "bandwidth 20 kHz, gain 1.03"
 
 
+def test_the_lines_of_a_records_provenance_are_told_apart(results: Results) -> None:
+    """Heads of an export ran into one another."""
+    lines = ("Imported by birdstrike from a.csv.", "its head: Model,MSO54", "its head: Label,LASER")
+    shown = replace(results, record=replace(results.record, provenance=lines))
+    (table,) = (block for block in section(shown).blocks if isinstance(block, Table))
+    rows = {str(row[0]): str(row[1]) for row in table.rows}
+    assert rows["provenance"] == "Imported by birdstrike from a.csv; its head: Model,MSO54; its head: Label,LASER"
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
