@@ -19,10 +19,19 @@ def main() -> None:
 
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGTERM, _terminate)
     try:
         run()
     except KeyboardInterrupt:
         _leave()
+
+
+def _terminate(_signal: int, _frame: FrameType | None) -> None:
+    """Raise what ends a command as Ctrl-C does: at once, its workers and their semaphores would be left behind."""
+    from birdstrike.data.errors import Terminated
+
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # `timeout` sends it to the process and to its group
+    raise Terminated
 
 
 def _leave(_signal: int = 0, _frame: FrameType | None = None) -> None:

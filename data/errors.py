@@ -55,6 +55,12 @@ class RunFailed(Exception):
         return type(self), (self.reason, self.remedy)
 
 
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, as a queueing system or `timeout` sends it: ends a command as Ctrl-C does, its workers with it."""
+
+    exit_code = 143
+
+
 class MachineFailure(Exception):
     """A run that the machine ended (memory, disk, a signal): that says nothing of the run, which stays due."""
 

@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from birdstrike.data.errors import MachineFailure, RunFailed, UserError
+from birdstrike.data.errors import MachineFailure, RunFailed, Terminated, UserError
 from birdstrike.data.formatting import listing, many
 
 console = Console(highlight=False, soft_wrap=True)
@@ -145,6 +145,8 @@ def ending(error: BaseException) -> Ending:
     if isinstance(error, MemoryError):
         remedy = "run again with fewer --workers or a coarser case: fewer bird.particles and shells"
         return Ending(["a simulation does not fit into memory"], RunFailed.exit_code, remedy=remedy)
+    if isinstance(error, Terminated):
+        return Ending(["ended by SIGTERM; run the same command again to resume"], error.exit_code)
     if isinstance(error, KeyboardInterrupt):
         return Ending(["interrupted; run the same command again to resume"], INTERRUPTED)
     if isinstance(error, OSError) and error.errno in DISK_FULL:

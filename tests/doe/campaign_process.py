@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from functools import partial
 from pathlib import Path
 
 import birdstrike.solver.simulate
 import birdstrike.solver.version
-from birdstrike.cli.app import main
+from birdstrike.__main__ import main
 from tests.doe.stand_in import VERSION, strike
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit a deaf ear to it
     diary, seconds, *arguments = sys.argv[1:]
     birdstrike.solver.simulate.simulate = partial(strike, diary=Path(diary), seconds=float(seconds))  # type: ignore[assignment]
     birdstrike.solver.version.SOLVER_VERSION = (

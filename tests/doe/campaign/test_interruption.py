@@ -24,6 +24,8 @@ from tests.doe.stand_in import VERSION, attempts, design, pids, reference, strik
 
 ROOT = Path(__file__).parents[3]
 RUNS = 8
+ENDS = {signal.SIGKILL: -signal.SIGKILL, signal.SIGINT: 130, signal.SIGTERM: 143}
+"""Signal -> how the command ends by it."""
 
 
 def start(diary: Path, out: Path, seconds: float) -> subprocess.Popen[str]:
@@ -86,18 +88,21 @@ def test_two_workers_give_the_same_bytes_as_one(tmp_path: Path, undisturbed: byt
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for left-over processes in /proc")
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_a_stopped_campaign_loses_only_the_strikes_in_flight(tmp_path: Path, undisturbed: bytes, how: int) -> None:
+@pytest.mark.parametrize("how", ENDS)
+def test_a_stopped_campaign_loses_only_the_strikes_in_flight(
+    tmp_path: Path, undisturbed: bytes, how: signal.Signals
+) -> None:
     diary, out = tmp_path / "diary", tmp_path / "out"
     process = start(diary, out, seconds=0.5)
     until(lambda: finished(out) >= 3)
-    if how == signal.SIGINT:
-        os.killpg(process.pid, how)  # as a terminal does: to the workers too
+    if how != signal.SIGKILL:
+        os.killpg(process.pid, how)  # as a terminal and `timeout` do: to the workers too
     else:
         os.kill(process.pid, how)
     output, _ = process.communicate(timeout=60)
-    assert process.returncode == (130 if how == signal.SIGINT else -signal.SIGKILL), output
+    assert process.returncode == ENDS[how], output
     assert "Traceback" not in output
+    assert how == signal.SIGKILL or "leaked" not in output
     until(lambda: all(gone(pid) for pid in pids(diary)))
     kept = finished(out)
     assert 3 <= kept < RUNS
