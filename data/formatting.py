@@ -36,6 +36,12 @@ def signed_ms(seconds: float, width: float = 0.0) -> str:
     return f"{1e3 * seconds:+.{decimals}f} ms"
 
 
+def instant(seconds: float, length: float) -> str:
+    """An instant of a record so many seconds long, fine enough to find it there: "1.59 ms", "12501.55 ms"."""
+    beyond = math.ceil(math.log10(max(abs(seconds) / length, 1.0))) if length > 0.0 else 0
+    return quantity(seconds, "s", min(4 + beyond, DIGITS))
+
+
 def fewest_decimals(number: float) -> str:
     """The fewest decimals that give a number, at most nine: a time [s] to 1 ns."""
     return np.format_float_positional(number, precision=9, trim="-")

@@ -535,4 +535,5 @@ def _provenance(table: LooseTable, options: ImportOptions, used: Sequence[int], 
         lines.append(f"The clock was made of the samples' number, {options.rate} by the user.")
     lines += [f"{options.shift} was added to the clock."] if options.shift else []
     lines += [f"{text}." for text in table.remarks]
-    return (*lines, *(f"its head: {note[:120]}" for note in table.notes[:12]))
+    notes = [note for note in table.notes if re.search(r"\w", note)]  # some oscilloscopes write lines of commas alone
+    return (*lines, *(f"its head: {note[:120]}" for note in notes[:12]))

@@ -310,7 +310,7 @@ def factor_of(text: str) -> tuple[float, str, str]:
 
 def _seen(record: Measured, name: str) -> str:
     """A curve in one line, so that a wrong unit or sign is seen at once."""
-    from birdstrike.data.formatting import span
+    from birdstrike.data.formatting import instant, span
     from birdstrike.data.histories import farthest
     from birdstrike.data.units import display
 
@@ -318,4 +318,5 @@ def _seen(record: Measured, name: str) -> str:
     i = int(farthest(values))
     peak, unit = display(float(values[i]), record.units[name])
     shown = span(float(time[0]), float(time[-1]), "s", 4)
-    return f"{name}: {len(time)} points, {shown}, largest {f'{peak:.4g} {unit}'.rstrip()} at {1e3 * time[i]:.4g} ms"
+    when = instant(float(time[i]), float(time[-1] - time[0]))
+    return f"{name}: {len(time)} points, {shown}, largest {f'{peak:.4g} {unit}'.rstrip()} at {when}"

@@ -114,7 +114,7 @@ def _interval(
     """raw +- Student's t times held-out error and noise (root sum square), inside the range; and the reason."""
     errors = fit.errors[:, i]
     if len(errors) < FEWEST_HELD_OUT:
-        return None, f"only {len(errors)} held-out samples: too few for an interval"
+        return None, f"only {many(len(errors), 'held-out sample')}: too few for an interval"
     low, high, unit = float(dataset.lows[i]), float(dataset.highs[i]), dataset.units[i]
     error, noise, raw = rms(errors), float(answer.noise_error[i]), float(answer.raw[i])
     spread = float(student.ppf(0.975, len(errors)) * np.hypot(error, noise))

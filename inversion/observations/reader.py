@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from birdstrike.data.curves import Measured, ReadBefore
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
-from birdstrike.data.formatting import fewest_decimals, many, plain, quantity
+from birdstrike.data.formatting import fewest_decimals, many, plain, quantity, span
 from birdstrike.data.histories import Array
 from birdstrike.data.nearest import did_you_mean
 from birdstrike.inversion.observations.baseline import Baseline
@@ -161,11 +161,12 @@ class Cut:
 
     def sentence(self, name: str) -> str:
         """What was left out of channel `name`, what that means for the fit, and what to do."""
-        count, first, last = len(self.times), self.times[0] * 1e3, self.times[-1] * 1e3
+        count, first, last = len(self.times), float(self.times[0]), float(self.times[-1])
         if count == 1:
-            what = f"{name}: 1 point at {first:.4g} ms is {self.reason.replace('their', 'its')} and is left out"
+            reason = self.reason.replace("their", "its")
+            what = f"{name}: 1 point at {quantity(first, 's', 4)} is {reason} and is left out"
         else:
-            what = f"{name}: {count} points at {first:.4g} .. {last:.4g} ms are {self.reason} and are left out"
+            what = f"{name}: {count} points at {span(first, last, 's', 4)} are {self.reason} and are left out"
         return f"{what}: {MEANING[self.reason]}" if self.reason in MEANING else what
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from birdstrike.data.formatting import listing, signed_ms, span
+from birdstrike.data.formatting import instant, listing, signed_ms, span
 
 
 def test_an_interval_has_as_many_digits_as_its_ends_need() -> None:
@@ -17,6 +17,12 @@ def test_a_shift_of_a_clock_has_the_digits_that_tell_it_from_nothing() -> None:
     assert signed_ms(4.2e-8, 2e-5) == "+0.000 ms", "nothing beside its interval"
     assert signed_ms(1.23456e-5, 3e-7) == "+0.01235 ms"
     assert signed_ms(0.0) == "+0.000 ms"
+
+
+def test_an_instant_can_be_found_in_its_record_however_far_off_its_clock() -> None:
+    assert instant(1.59e-3, 3e-3) == "1.59 ms"
+    assert instant(12.50155, 3.7e-3) == "12501.55 ms", "it was 1.25e+04 ms"
+    assert instant(0.0, 0.0) == "0 ms"
 
 
 def test_a_list_names_all_or_says_how_many_more_there_are() -> None:

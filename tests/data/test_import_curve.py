@@ -208,6 +208,7 @@ def test_the_clock_of_an_oscilloscope_has_the_unit_of_its_settings(tmp_path: Pat
     head, row, column = TEKTRONIX[kind]
     options = ImportOptions({"w": column}, units={"w": "mm"}, scales={"w": 2.5}, per={"w": "V"})
     found = imported(tmp_path / "a.csv", head + "".join(map(row, range(99))), options)
+    assert "its head: ,," not in found.provenance
     assert found.time == pytest.approx(1e-3 * np.arange(99))
     assert found.channels["w"] == pytest.approx(2.5e-3 * (np.arange(99) % 5))
 
