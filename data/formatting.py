@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
-
-import numpy as np
+from decimal import Decimal
 
 from birdstrike.data.units import display, rounded
 
@@ -44,7 +43,7 @@ def instant(seconds: float, length: float) -> str:
 
 def fewest_decimals(number: float) -> str:
     """The fewest decimals that give a number, at most nine: a time [s] to 1 ns."""
-    return np.format_float_positional(number, precision=9, trim="-")
+    return f"{round(Decimal(repr(float(number))), 9).normalize():f}"
 
 
 def many(count: int, what: str) -> str:

@@ -15,7 +15,6 @@ from birdstrike.cli.frame import Json, framed, refuse_other_picture, say
 from birdstrike.cli.next_steps import case_here, following
 from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import MeasuredError, UnitError, UserError
-from birdstrike.data.tables.loose_table import NOT_UNICODE
 
 if TYPE_CHECKING:
     from birdstrike.data.curves import Measured
@@ -27,7 +26,7 @@ READ_SO = (
     "repeat the head",
     "columns of text",
     "The clock was made",
-    NOT_UNICODE,
+    "is not UTF-8",
 )
 """Signs of the provenance's lines on what was read in a way of its own."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from birdstrike.data.formatting import instant, listing, signed_ms, span
+from birdstrike.data.formatting import fewest_decimals, instant, listing, signed_ms, span
 
 
 def test_an_interval_has_as_many_digits_as_its_ends_need() -> None:
@@ -23,6 +23,14 @@ def test_an_instant_can_be_found_in_its_record_however_far_off_its_clock() -> No
     assert instant(1.59e-3, 3e-3) == "1.59 ms"
     assert instant(12.50155, 3.7e-3) == "12501.55 ms", "it was 1.25e+04 ms"
     assert instant(0.0, 0.0) == "0 ms"
+
+
+def test_a_shift_is_written_with_the_fewest_decimals_that_give_it() -> None:
+    assert fewest_decimals(-1.7e9) == "-1700000000"
+    assert fewest_decimals(1.7e9 + 0.25) == "1700000000.25"
+    assert fewest_decimals(-12.499) == "-12.499"
+    assert fewest_decimals(1.23456789e-5) == "0.000012346"
+    assert fewest_decimals(0.0) == "0"
 
 
 def test_a_list_names_all_or_says_how_many_more_there_are() -> None:
