@@ -167,7 +167,7 @@ def table(found: Diagnosis) -> Table:
     shown_table.add_column("effect", no_wrap=True)
     for head in ("probability", "magnitude (95 %)", "required model error"):
         shown_table.add_column(head, overflow="fold", justify="left" if head.startswith("magnitude") else "right")
-    for one in found.effects[:MOST_ROWS]:
+    for one in found.listed[:MOST_ROWS]:
         mark = "* " if one.name in found.confidence_set else "  "
         share = one.required_discrepancy
         need = "-" if share is None else f"{100 * share:.2g} %"

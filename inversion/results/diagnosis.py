@@ -245,6 +245,11 @@ class Diagnosis(Displayed):
         return provenance_of(self.record, self.record["shots"])
 
     @property
+    def listed(self) -> tuple[EffectFigures, ...]:
+        """The effects of which the records say something: without the faults of sensors that are not used."""
+        return tuple(one for one in self.effects if label_parts(one.name)[1] not in self.left_out)
+
+    @property
     def units(self) -> dict[str, str]:
         """SI unit of every sensor."""
         return {name: one["unit"] for name, one in self.noise["sensors"].items()}

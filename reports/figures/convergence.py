@@ -66,18 +66,23 @@ def _scalar(
     error = shown(np.array([entry.uncertainties[found.own]]), scalar.unit)[0]
     own = slice(found.user, found.user + 1)
     axes.errorbar(spacings[own], numbers[own], yerr=error, color=BLUE, fmt="o", markersize=5, capsize=3)
-    title = f"{words(scalar.name)}\n{entry.behaviour}"
-    if entry.extrapolated is not None and entry.order is not None and entry.order_used is not None:
-        used = "" if entry.order_used == entry.order else f", {entry.order_used:g} used"
-        title += f", observed order {entry.order:.2f}{used}"
+    if entry.extrapolated is not None and entry.order_used is not None:
         exact = float(shown(np.array([entry.extrapolated]), scalar.unit)[0][0])
         h = np.linspace(0.0, spacings[-1], 60)
         slope = (numbers[found.used[0]] - exact) / spacings[found.used[0]] ** entry.order_used
         axes.plot(h, exact + slope * h**entry.order_used, color=VERMILION, linewidth=1.0, linestyle="--")
         axes.plot(0.0, exact, "D", color=VERMILION, markersize=5)
         axes.annotate(f"{significant(exact, 4)} {unit}", (0.0, exact), (6, 4), textcoords="offset points", fontsize=8)
-    axes.set_title(title, fontsize=8.5)
+    axes.set_title(f"{words(scalar.name)}\n{entry.behaviour}{order_words(entry)}", fontsize=8.5)
     axes.set_xlim(left=-0.04 * spacings[-1])
     axes.margins(y=0.2)
     axes.set_xlabel("Bird's particle spacing [mm]")
     axes.set_ylabel(f"[{unit or '–'}]")
+
+
+def order_words(entry: GridConvergence) -> str:
+    """The order that was observed and, where it is another, the one of the curve that is drawn; "" without one."""
+    if entry.order is None or entry.order_used is None:
+        return ""
+    used = "" if f"{entry.order_used:.2f}" == f"{entry.order:.2f}" else f"; curve: order {entry.order_used:.3g}"
+    return f", observed order {entry.order:.2f}{used}"

@@ -13,7 +13,7 @@ import pandas as pd
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing, plain
 from birdstrike.data.formatting import quantity as with_unit
-from birdstrike.inversion.labels import in_words, label_parts, runs_near_the_fits
+from birdstrike.inversion.labels import in_words, runs_near_the_fits
 from birdstrike.inversion.results.diagnosis import Diagnosis, EffectFigures, ShotStates
 from birdstrike.inversion.results.diagnosis_files import curve_files, read_curves
 from birdstrike.inversion.results.diagnosis_text import beyond, next_step
@@ -177,11 +177,10 @@ def effects_section(results: DiagnosisResults) -> Section:
     """Every effect: probability, magnitude, required model error, what could have been detected."""
     found = results.found
     head = ("effect", "probability", "magnitude (95 %)", "model error needed", "least detectable", "most alike")
-    seen = [one for one in found.effects if not _unseen(found, one.name)]
-    listed = seen[:MOST_ROWS]
+    listed = found.listed[:MOST_ROWS]
     rows = tuple(_row(one, found.minimum_detectable.get(one.name)) for one in listed)
     words = (
-        f"The {len(rows)} likeliest of {len(seen)}; a probability is that of an effect alone and in "
+        f"The {len(rows)} likeliest of {len(found.listed)}; a probability is that of an effect alone and in "
         "pairs. Least detectable: the magnitude that a test of this effect alone finds four times of five, at a "
         f"false-alarm rate of {100 * found.alpha:g} %{'' if found.baseline else WITHOUT_BASELINE}. Most alike: cosine "
         "between the changes of the record, once the parameters have taken their part; at 1 no record of these sensors "
@@ -195,11 +194,6 @@ def effects_section(results: DiagnosisResults) -> Section:
         blocks.append(_candidates(proposal))
         title += ", and what to measure next"
     return Section("effects", title, tuple(blocks))
-
-
-def _unseen(found: Diagnosis, label: str) -> bool:
-    """Whether an effect is a fault of a sensor that is not used: the record says nothing of it."""
-    return label_parts(label)[1] in found.left_out
 
 
 def _pairs(found: Sequence[Mapping[str, Any]]) -> str:

@@ -12,6 +12,7 @@ from birdstrike.data.histories import Histories
 from birdstrike.reports.comparison.clock import best_offset
 from birdstrike.reports.comparison.end_state import penetration, residual_deflection, sensor_of_kind
 from birdstrike.reports.comparison.iso18571 import SAMPLES, magnitude_score, rate
+from birdstrike.reports.comparison.other_code import curve_pairs
 from birdstrike.reports.comparison.scores import score, sprague_geers
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections.models import sound_channel
@@ -172,3 +173,13 @@ def test_a_sensor_that_tore_away_does_not_rank_the_models(results: Results) -> N
     assert sound_channel(both) == "displacement_centre"
     assert sound_channel(replace(both, simulated_models=torn_away)) == "contact_force"
     assert sound_channel(replace(results, simulated_models=torn_away)) == "displacement_centre"
+
+
+def test_another_code_s_peak_is_compared_on_its_own_side() -> None:
+    time = np.linspace(0.0, 3e-3, 301)
+    swing = np.sin(2.0 * np.pi * time / 3e-3)
+    ours = Histories(time, {"w": np.where(swing > 0.0, 4e-3 * swing, 6e-3 * swing)}, {"w": "m"})
+    theirs = Histories(time, {"w": np.where(swing > 0.0, 5e-3 * swing, 3e-3 * swing)}, {"w": "m"})
+    (pair,) = curve_pairs(ours, theirs)
+    found = pair.figures()
+    assert (found["peak_ours"], found["peak_theirs"]) == pytest.approx((4e-3, 5e-3), rel=1e-3)

@@ -14,8 +14,10 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from birdstrike.inversion.mesh_convergence.grid_convergence import grid_convergence
 from birdstrike.inversion.observations.reader import HELD
 from birdstrike.reports.comparison.end_state import impulse
+from birdstrike.reports.figures.convergence import order_words
 from birdstrike.reports.figures.curves import RecordCurve, VerifiedCurve, comparison_figure
 from birdstrike.reports.figures.cut import Sheets
 from birdstrike.reports.figures.design import design_figure
@@ -368,3 +370,12 @@ def test_readings_between_repeated_ones_are_seen() -> None:
     )
     (used,) = (line for line in record_figure([drawn]).axes[0].get_lines() if line.get_label() == "used")
     assert used.get_marker() == "o"
+
+
+def test_a_drawn_order_that_is_not_the_observed_one_is_told() -> None:
+    """A title said order 10.57 above a curve of order 2, which passed by the coarsest value."""
+    capped = grid_convergence([1.0, 1.3, 1.7], [38.3, 38.5, 40.7])
+    assert capped.order is not None
+    assert capped.order > 3.0
+    assert order_words(capped) == f", observed order {capped.order:.2f}; curve: order {capped.order_used:.3g}"
+    assert order_words(grid_convergence([1.0, 2.0, 4.0], [1.0, 2.0, 1.0])) == ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -75,3 +76,12 @@ def test_check_writes_the_picture(case: str, tmp_path: Path):
     assert wrong.exit_code != 0
     assert "a picture ends in .png, .svg, .pdf" in " ".join(wrong.output.split())
     assert "No errors" not in wrong.output
+
+
+def test_several_supports_such_as_load_cells_are_named_where_they_hold():
+    """Eight cells were told apart by the shape of marks a millimetre wide alone."""
+    shown = drawn_target(load_case("openradioss_panel", COARSE))
+    cells = {"cell_1": shown.nodes[:5], "cell_2": shown.nodes[-5:]}
+    views = target_figure(replace(shown, supports=cells)).axes
+    names = [[text.get_text() for text in axes.texts if text.get_text().startswith("cell")] for axes in views]
+    assert names == [["cell 1", "cell 2"]] * 2

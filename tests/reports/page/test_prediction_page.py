@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from birdstrike.reports.blocks import Lines, Warnings
-from birdstrike.reports.page.prediction import _reach, _rest
+from birdstrike.reports.page.prediction import _left_open, _reach, _rest
 
 CONTENT: dict[str, Any] = {
     "extrapolation": ["normal speed 70 m/s is 17 % above the learnt shot (60 m/s)"],
@@ -28,3 +28,12 @@ def test_all_warnings_stand_first() -> None:
 
 def test_what_was_used_does_not_repeat_a_warning() -> None:
     assert _rest(CONTENT)[0] == Lines(("no missing effect was looked for",))
+
+
+def test_the_interval_of_a_probability_says_of_how_many_simulations_it_is() -> None:
+    """It was said to be that of the number of draws, thousands, where eight simulations stood behind it."""
+    limits = {"displacement_centre": {}, "strain_back": {}}
+    methods = {"displacement_centre": "draws", "strain_back": "emulator"}
+    told = _left_open({"limits": limits, "campaign": {"finished": 8, "method": methods}})
+    assert "of displacement centre is what 8 simulations of the new case leave open" in told
+    assert "of strain back is what the posterior's draws, by the emulator, leave open" in told
