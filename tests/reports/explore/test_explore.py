@@ -248,7 +248,7 @@ def test_a_bad_record_is_refused_in_the_words_of_the_command(
     (tmp_path / "bad.csv").write_text(text)
     with pytest.raises(MeasuredError) as refused:
         read_measured(tmp_path / "bad.csv")
-    told = [line for line in refused.value.errors if line.startswith(str(tmp_path))]
+    told = [line for line in refused.value.errors if line.startswith(f"{tmp_path / 'bad.csv'}, line")]
     assert found["errors"] == [line.split(", ", 1)[1] for line in told]
 
 
