@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from birdstrike.data.arguments import as_list, as_names, as_path
 from birdstrike.data.errors import UserError
-from birdstrike.data.out_folder import fills_out
 from birdstrike.data.paths import resolve_measured
 from birdstrike.data.progress import Display, Progress, no_display
+from birdstrike.data.storage.out_folder import fills_out
 from birdstrike.stages import Ledger, Stage, digest, inputs_of_diagnosis, run_stages
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ def close_the_loop(
     from birdstrike.doe.campaign.worker import worker_count
     from birdstrike.doe.designs.registry import refuse_seed
     from birdstrike.inversion.diagnosis.diagnose import read_records
-    from birdstrike.inversion.diagnosis.evidence import birds_apart
+    from birdstrike.inversion.diagnosis.inference.evidence import birds_apart
     from birdstrike.inversion.observations.reader import Expected, read_record
     from birdstrike.solver.case.case import as_case
     from birdstrike.surrogate.inverse_network import refuse_unknown
@@ -268,7 +268,7 @@ def _diagnosis_stage(plan: LoopPlan) -> Stage:
 
 def _campaign_unfinished(plan: LoopPlan) -> bool:
     """Whether the machine ended runs of the campaign, or runs have failed and the user asks for a retry."""
-    from birdstrike.data.files import read_json
+    from birdstrike.data.storage.files import read_json
 
     if plan.adopted:
         return False
@@ -279,7 +279,7 @@ def _campaign_unfinished(plan: LoopPlan) -> bool:
 
 def _failures_retried(plan: LoopPlan, folder: Path) -> bool:
     """Whether the user asks for a retry, and runs of the stage's folder have failed at every step factor."""
-    from birdstrike.data.store import RunStore
+    from birdstrike.data.storage.store import RunStore
     from birdstrike.doe.campaign.run import failed_runs
     from birdstrike.doe.solvers import solver_for
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from birdstrike.data.files import plain, write_json
 from birdstrike.data.progress import Display, Progress, no_display
+from birdstrike.data.storage.files import plain, write_json
 
 if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case

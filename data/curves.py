@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from birdstrike.data.arguments import as_names
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.exports.registry import EXPORTS
-from birdstrike.data.files import file_digest, write_atomically
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.paths import resolve_measured
+from birdstrike.data.storage.files import file_digest, write_atomically
 from birdstrike.data.tables.csv_table import MOST_LINES, Column, CsvTable, first_of, read_table
 from birdstrike.data.tables.loose_table import import_line
 from birdstrike.data.units import ACCEPTED, DISPLAY, display, in_unit

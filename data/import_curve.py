@@ -16,7 +16,7 @@ from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.exports.nodout import is_nodout, read_nodout
 from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import may_hold_tables, reader_of
-from birdstrike.data.files import file_digest
+from birdstrike.data.storage.files import file_digest
 from birdstrike.data.tables.csv_table import NAME, Column, CsvTable
 from birdstrike.data.tables.loose_table import SIGMA, Head, LooseTable, SeveralColumns, read_loose_table
 from birdstrike.data.units import ACCEPTED, dimension, factor, meant, parts, ratio, scaled, si_unit, to_si

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Snapshot
+from birdstrike.data.storage.files import write_atomically
 
 
 def write_fields(folder: Path, snapshots: Sequence[Snapshot], resting: Array | None = None) -> list[Path]:

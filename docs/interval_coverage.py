@@ -36,9 +36,9 @@ from threadpoolctl import threadpool_limits
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.files import write_atomically
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode

@@ -29,7 +29,7 @@ from scipy.stats import binom
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import RunFailed
-from birdstrike.data.files import write_atomically, write_json
+from birdstrike.data.storage.files import write_atomically, write_json
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import built, calibrated_case, candidate

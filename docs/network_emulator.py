@@ -27,15 +27,15 @@ from threadpoolctl import threadpool_limits
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.files import write_atomically
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.estimation.answers.network_inversion import network_answer, network_estimates
+from birdstrike.inversion.estimation.answers.proposal import by_emulator
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
-from birdstrike.inversion.estimation.network_inversion import network_answer, network_estimates
-from birdstrike.inversion.estimation.proposal import by_emulator
 from birdstrike.inversion.estimation.time_origin import clock_drift
 from birdstrike.inversion.forward import StoredSolver
 from birdstrike.inversion.results.estimates import Estimate

@@ -36,15 +36,15 @@ import numpy as np
 from birdstrike import run_doe
 from birdstrike.data.curves import read_measured, write_measured
 from birdstrike.data.errors import RunFailed, UserError
-from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array, Histories, largest
 from birdstrike.data.paths import resolve_measured
+from birdstrike.data.storage.files import write_json
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.audit.draws import BASELINE, SHOTS, SINGLE, Drawn, draw, truth_case
 from birdstrike.inversion.audit.truth_runs import noisy
-from birdstrike.inversion.diagnosis import plan
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
-from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT
+from birdstrike.inversion.diagnosis.inference.hypotheses import OF_SHOT
+from birdstrike.inversion.diagnosis.preparation import plan
 from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, sensor_draws
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.predict import PredictOptions, prepared

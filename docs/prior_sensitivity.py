@@ -19,7 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from birdstrike.data.files import write_json
+from birdstrike.data.storage.files import write_json
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
 from birdstrike.inversion.results.diagnosis import NO_RESIDUAL, NONE, SOMETHING_ELSE

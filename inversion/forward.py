@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
 from birdstrike.data.progress import Progress
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.run import Failed, PlannedRun, carried_out
 from birdstrike.doe.solvers import solver_for
 from birdstrike.solver.case.case import Case

@@ -13,15 +13,15 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.run_warnings import merged
+from birdstrike.inversion.estimation.answers.network_inversion import NetworkAnswer, network_answer
+from birdstrike.inversion.estimation.answers.proposal import Proposal, by_emulator, by_network, not_identified
 from birdstrike.inversion.estimation.known_errors import Columns, poor, stacked
 from birdstrike.inversion.estimation.locate import (
     InversionOptions,
     Located,
     locate,
 )
-from birdstrike.inversion.estimation.network_inversion import NetworkAnswer, network_answer
 from birdstrike.inversion.estimation.posterior import Posterior
-from birdstrike.inversion.estimation.proposal import Proposal, by_emulator, by_network, not_identified
 from birdstrike.inversion.estimation.time_origin import clock_drift
 from birdstrike.inversion.estimation.verification import VerificationRun, channel_scores, overall, verify
 from birdstrike.inversion.forward import Forward, watched

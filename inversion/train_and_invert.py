@@ -23,12 +23,12 @@ from birdstrike.data.curves import (
 )
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError, refuse_not_whole
-from birdstrike.data.files import read_json, withdraw, write_json
 from birdstrike.data.formatting import many, quantity
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress, silent
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.files import read_json, withdraw, write_json
+from birdstrike.data.storage.out_folder import fills_out
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.folder import CampaignFolder, refusal_of_other_case, stored_case
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import retry_before

@@ -32,7 +32,7 @@ class Team:
 
     A loop over particles ends with its slowest thread. Where another program has one of their cores, that takes longer
     than one thread less would: the reference strike on two cores, one of them taken, twice as long as on one thread. It
-    shows in this thread, which sleeps once a wait has been long (`cpu_features.wait_briefly`): its time on a core
+    shows in this thread, which sleeps once a wait has been long (`compilation.wait_briefly`): its time on a core
     falls behind the clock.
     """
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.files import whole_file
 from birdstrike.data.histories import Array
+from birdstrike.data.storage.files import whole_file
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator, jointly
 from birdstrike.surrogate.features import Region
 from birdstrike.surrogate.gaussian_process import kernel_of

@@ -60,9 +60,9 @@ def command(
     Example: birdstrike audit --out audit --make 100 --make-forms 100
     """
     from birdstrike.data.errors import RunFailed
-    from birdstrike.data.files import write_atomically
     from birdstrike.data.formatting import many
     from birdstrike.data.paths import MEASURED
+    from birdstrike.data.storage.files import write_atomically
     from birdstrike.inversion.audit.audit import audit
     from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
     from birdstrike.reports.page.audit import audit_markdown, write_audit_page

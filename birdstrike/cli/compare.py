@@ -38,8 +38,8 @@ def compare(
     curves are called. Our run is made once for a folder. Raises UserError, RunFailed.
     """
     from birdstrike.data.curves import write_histories
-    from birdstrike.data.files import withdraw, write_json
-    from birdstrike.data.out_folder import reserved
+    from birdstrike.data.storage.files import withdraw, write_json
+    from birdstrike.data.storage.out_folder import reserved
     from birdstrike.doe.solvers import solver_for
     from birdstrike.reports.comparison.other_code import curve_pairs, remarks
     from birdstrike.reports.page.other_code import write_comparison_page
@@ -146,7 +146,7 @@ def _refuse_clock(path: Path, time: Array) -> None:
 def _ours(case: Case, solver: Solver, folder: Path, progress: Progress | None) -> Finished:
     """Our run, once for a folder; one that failed is tried again. Raises CaseError, RunFailed."""
     from birdstrike.data.errors import RunFailed
-    from birdstrike.data.store import RunStore
+    from birdstrike.data.storage.store import RunStore
     from birdstrike.doe.campaign.run import Failed, PlannedRun, carried_out, retry_before
     from birdstrike.doe.solvers import refuse_unbuildable
 

@@ -13,7 +13,7 @@ from birdstrike.cli.frame import Json, RetryFailed, framed, progress_bar, say
 from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import UserError, refuse_not_whole
 from birdstrike.data.formatting import key_labels
-from birdstrike.data.out_folder import fills_out
+from birdstrike.data.storage.out_folder import fills_out
 
 if TYPE_CHECKING:
     from birdstrike.data.dataset import Dataset
@@ -117,7 +117,7 @@ def compare_methods(
 
 def _write(out: Path, bench: KnownCase, rows: Sequence[MethodScore], found: Mapping[str, list[Coverage]]) -> None:
     """What is known so far: an interrupted comparison keeps it."""
-    from birdstrike.data.files import write_atomically, write_json
+    from birdstrike.data.storage.files import write_atomically, write_json
 
     content = {
         "campaign_runs": len(bench.dataset.runs),
@@ -134,7 +134,7 @@ def _bench(
     doe: Path, out: Path, case: str | Path | Case | None, retry_failed: bool
 ) -> tuple[KnownCase, tuple[str, ...]]:
     """The campaign, its solver and the truth: the case's own values."""
-    from birdstrike.data.store import RunStore
+    from birdstrike.data.storage.store import RunStore
     from birdstrike.doe.campaign.results import load_dataset
     from birdstrike.doe.campaign.run import retry_before
     from birdstrike.inversion.forward import StoredSolver

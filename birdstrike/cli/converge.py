@@ -14,8 +14,8 @@ from rich.table import Table
 from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
 from birdstrike.cli.next_steps import following, set_again
 from birdstrike.data.arguments import as_path
-from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress, silent
+from birdstrike.data.storage.out_folder import fills_out
 
 if TYPE_CHECKING:
     from birdstrike.doe.attempt import Simulate
@@ -48,7 +48,7 @@ def converge(
     resumes. Raises UserError, RunFailed. The workers are started afresh: a script that calls this needs
     `if __name__ == "__main__":`.
     """
-    from birdstrike.data.store import RunStore
+    from birdstrike.data.storage.store import RunStore
     from birdstrike.doe.campaign.run import retry_before
     from birdstrike.doe.campaign.worker import worker_count
     from birdstrike.inversion.mesh_convergence.convergence import judge_meshes, run_meshes
@@ -69,7 +69,7 @@ def converge(
 
 def _write(out: Path, case: Case, ratio: float, found: MeshConvergence) -> None:
     from birdstrike.data.curves import write_histories
-    from birdstrike.data.files import whole_file, withdraw, write_json
+    from birdstrike.data.storage.files import whole_file, withdraw, write_json
     from birdstrike.doe.solvers import solver_for
     from birdstrike.inversion.mesh_convergence.files import as_json, curves_of
     from birdstrike.reports.figures.convergence import convergence_figure

@@ -121,7 +121,7 @@ def _write_deck(asked: _Asked) -> WrittenDeck:
 
 def _write_cards(asked: _Asked) -> int:
     """Writes the birds' cards and those of the effects in a folder; how many effects."""
-    from birdstrike.data.files import write_atomically
+    from birdstrike.data.storage.files import write_atomically
     from birdstrike.reports.export.effects import effect_lines, read_effects
     from birdstrike.reports.export.exported import read_export
     from birdstrike.reports.export.lsdyna import write_lsdyna

@@ -223,7 +223,7 @@ def _fail(end: Ending, as_json: bool, heard: list[str]) -> NoReturn:
 
 def print_json(content: Mapping[str, Any]) -> None:
     """The machine-readable line that --json asks for, the last one on stdout."""
-    from birdstrike.data.files import plain  # late, because --help has no use for numpy
+    from birdstrike.data.storage.files import plain  # late, because --help has no use for numpy
 
     typer.echo(json.dumps(plain({"schema_version": 1, **content}), allow_nan=False))
 

@@ -16,7 +16,7 @@ from birdstrike.data.paths import TEMPLATES
 
 def new(name: str | Path) -> Path:
     """Write a commented case called `name` (.toml is added) and return its path; raises UserError over an old file."""
-    from birdstrike.data.files import write_atomically
+    from birdstrike.data.storage.files import write_atomically
 
     path = as_path("name", name)
     if not path.name.strip("."):

@@ -179,7 +179,7 @@ def draw_projections(design: Design, path: Path) -> None:
     """The runs seen two parameters at a time; nothing for a single parameter."""
     if len(design.names) < 2:
         return
-    from birdstrike.data.files import whole_file
+    from birdstrike.data.storage.files import whole_file
     from birdstrike.reports.figures.design import design_figure
     from birdstrike.reports.figures.quantities import symbol
 
@@ -219,7 +219,7 @@ def _conclude(out: Path, loaded: Case, planned: Design, again: Sequence[str | Pa
 
     again: the words of this command but for --runs.
     """
-    from birdstrike.data.files import read_json
+    from birdstrike.data.storage.files import read_json
     from birdstrike.surrogate.features import runs_needed
 
     summary, runs, quality = read_json(out / "summary.json"), len(planned.numbers), planned.quality()

@@ -82,7 +82,7 @@ def command(
 
     Example: birdstrike simulate reference_strike --out strike --set impact.speed="80 m/s" --fields
     """
-    from birdstrike.data.out_folder import reserved
+    from birdstrike.data.storage.out_folder import reserved
     from birdstrike.solver.case.case import load_case
     from birdstrike.solver.case.effects import stated
     from birdstrike.solver.sensors.instrument import refuse_noiseless
@@ -139,7 +139,7 @@ def _with_effects(histories: Histories, case: Case) -> Histories:
 def write_simulation(out: Path, histories: Histories, pictured: Case | None = None) -> None:
     """`histories.csv` and `summary.json`, with the case to be pictured the VTU series, in place of an earlier run's."""
     from birdstrike.data.curves import write_histories
-    from birdstrike.data.files import write_json
+    from birdstrike.data.storage.files import write_json
     from birdstrike.data.vtu import write_fields
     from birdstrike.solver.build import rest_mesh
 

@@ -85,8 +85,8 @@ def start(
 
 def begin(asked: Answers, out: Path | None, say: Callable[[str], None]) -> Begun:
     """The interview, and what follows from it: answers, case and picture in the folder. Raises UserError."""
-    from birdstrike.data.files import write_atomically
-    from birdstrike.data.out_folder import reserved
+    from birdstrike.data.storage.files import write_atomically
+    from birdstrike.data.storage.out_folder import reserved
     from birdstrike.questions.case_file import case_text
     from birdstrike.solver.case.case import load_case
 
@@ -269,7 +269,7 @@ def _imported(begun: Begun, shift: float) -> None:
 
 def _simulated(begun: Begun, say: Callable[[str], None]) -> Histories:
     """One simulation of the case at the values in its file, kept in `trial/`."""
-    from birdstrike.data.store import RunStore
+    from birdstrike.data.storage.store import RunStore
     from birdstrike.inversion.forward import StoredSolver
 
     say("One simulation of the case, to lay the record's clock over the model's")

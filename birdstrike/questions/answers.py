@@ -12,8 +12,8 @@ from typing import Any
 import tomli_w
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_atomically
 from birdstrike.data.nearest import did_you_mean
+from birdstrike.data.storage.files import write_atomically
 
 Key = tuple[str, ...]
 DECIDES = ("kind", "shape")

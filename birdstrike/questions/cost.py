@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from birdstrike.inversion.diagnosis.conclusions.solver_update import MOST, REPLICATES
 from birdstrike.inversion.diagnosis.pipeline import UPDATES
-from birdstrike.inversion.diagnosis.plan import make_plan
-from birdstrike.inversion.diagnosis.solver_update import MOST, REPLICATES
+from birdstrike.inversion.diagnosis.preparation.plan import make_plan
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.estimate import estimate
 

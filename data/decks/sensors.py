@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_json
+from birdstrike.data.storage.files import write_json
 
 SUFFIX = ".sensors.json"
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import read_json
 from birdstrike.data.formatting import span
+from birdstrike.data.storage.files import read_json
 from birdstrike.doe.campaign.folder import CampaignFolder, refusal_of_other_case, space_json
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.design import Design

@@ -11,9 +11,9 @@ from pathlib import Path
 from birdstrike.data.arguments import as_path
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
-from birdstrike.data.files import withdraw
-from birdstrike.data.out_folder import fills_out
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.files import withdraw
+from birdstrike.data.storage.out_folder import fills_out
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.attempt import Simulate, Solver
 from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.results import (

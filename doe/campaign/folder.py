@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import CaseError, UserError
-from birdstrike.data.files import file_digest, read_json, write_atomically, write_json
 from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
+from birdstrike.data.storage.files import file_digest, read_json, write_atomically, write_json
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.solver.case.case import Case, case_hash, load_case
@@ -32,7 +32,7 @@ DAY = 86400.0
 """[s] No save takes that long: a younger file may belong to a campaign that runs beside this one."""
 
 _TEMPORARY = re.compile(r"\.[0-9a-f]{32}\.(h5|failed\.json)\.\d+-[0-9a-f]{8}\.tmp")
-"""Names that data.files.whole_file gives to the files of data.store.RunStore while they are written."""
+"""Names that data.storage.files.whole_file gives to the files of data.storage.store.RunStore while they are written."""
 
 _REPAIR = (
     "put the original back, or delete it and repeat the command that made the campaign (of an extended one all of "

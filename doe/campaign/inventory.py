@@ -11,7 +11,7 @@ from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.progress import Progress, silent
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.folder import CampaignFolder, campaign_within, stored_case
 from birdstrike.doe.campaign.run import PlannedRun, plan
 from birdstrike.doe.designs.design import Design

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from birdstrike.data.curves import split_unit
 from birdstrike.data.dataset import SMOOTH_LOSS, Dataset
 from birdstrike.data.errors import RunFailed, UserError
-from birdstrike.data.files import file_digest, whole_file, write_json
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.out_folder import maker_of
 from birdstrike.data.run_warnings import merged
+from birdstrike.data.storage.files import file_digest, whole_file, write_json
+from birdstrike.data.storage.out_folder import maker_of
 from birdstrike.doe.campaign.folder import (
     CampaignFolder,
     campaign_within,

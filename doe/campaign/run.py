@@ -13,7 +13,7 @@ from typing import Any
 
 from birdstrike.data.errors import CaseError, RunFailed
 from birdstrike.data.histories import Histories
-from birdstrike.data.store import RunStore, run_key
+from birdstrike.data.storage.store import RunStore, run_key
 from birdstrike.doe.attempt import Solver, attempt
 from birdstrike.doe.designs.design import Design
 from birdstrike.solver.case.case import Case

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from birdstrike.data.errors import MachineFailure, RunFailed, UserError
 from birdstrike.data.histories import Histories
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.attempt import Simulate, attempt
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun, State, keep, state_of
 from birdstrike.solver.case.case import Case

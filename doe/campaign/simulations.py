@@ -10,7 +10,7 @@ from pathlib import Path
 
 from birdstrike.data.errors import MachineFailure
 from birdstrike.data.histories import Histories
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.run import Finished, PlannedRun
 from birdstrike.doe.campaign.runner import RunCounts, Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count

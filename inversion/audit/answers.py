@@ -13,7 +13,7 @@ import numpy as np
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MachineFailure, RunFailed, UserError
-from birdstrike.data.files import file_digest, plain, write_json
+from birdstrike.data.storage.files import file_digest, plain, write_json
 from birdstrike.doe.solvers import content_of
 from birdstrike.inversion.audit.draws import BASELINE, SHOTS
 from birdstrike.inversion.audit.records import Experiment, read_truth

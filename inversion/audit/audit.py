@@ -15,10 +15,10 @@ from typing import Any
 from birdstrike.data.arguments import as_options, as_path
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError, refuse_not_whole
-from birdstrike.data.files import write_json
 from birdstrike.data.formatting import many
-from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress, no_display, silent
+from birdstrike.data.storage.files import write_json
+from birdstrike.data.storage.out_folder import fills_out
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations, uncounted
 from birdstrike.doe.campaign.worker import process_pool, worker_count

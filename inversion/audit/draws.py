@@ -17,9 +17,9 @@ from numpy.random import Generator
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
-from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT, family_of
-from birdstrike.inversion.diagnosis.instrument import with_faults
-from birdstrike.inversion.diagnosis.plan import INSTRUMENT, OTHER_LATTICE, fits_a_label
+from birdstrike.inversion.diagnosis.inference.hypotheses import OF_SHOT, family_of
+from birdstrike.inversion.diagnosis.preparation.instrument import with_faults
+from birdstrike.inversion.diagnosis.preparation.plan import INSTRUMENT, OTHER_LATTICE, fits_a_label
 from birdstrike.inversion.labels import label_parts
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw

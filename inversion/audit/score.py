@@ -28,7 +28,7 @@ from birdstrike.inversion.audit.draws import (
     with_effects_of,
 )
 from birdstrike.inversion.audit.records import NO_BASELINE, Truth
-from birdstrike.inversion.diagnosis.hypotheses import family_of
+from birdstrike.inversion.diagnosis.inference.hypotheses import family_of
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NONE, SOMETHING_ELSE
 from birdstrike.solver.case.case import Case
 

@@ -20,7 +20,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.draws import CLEAN, OUTSIDE, OWN, PAIR, SINGLE
 from birdstrike.inversion.audit.records import ANOTHER_BIRD, BASELINES, NO_BASELINE, OWN_BIRD
 from birdstrike.inversion.audit.score import Score
-from birdstrike.inversion.diagnosis.hypotheses import PRIOR_ELSE, PRIOR_NONE, PRIOR_PAIRS
+from birdstrike.inversion.diagnosis.inference.hypotheses import PRIOR_ELSE, PRIOR_NONE, PRIOR_PAIRS
 
 RESAMPLES = 4000
 SEED = 0  # of the bootstraps: the same scores give the same intervals

@@ -17,8 +17,8 @@ from numpy.random import Generator
 
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.errors import RunFailed, UserError
-from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.storage.files import write_atomically
 from birdstrike.inversion.audit.draws import (
     BASELINE,
     CLEAN,

@@ -14,19 +14,19 @@ from birdstrike.data.arguments import as_list, as_names, as_options, as_path, re
 from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.formatting import quantity
-from birdstrike.data.out_folder import fills_out
 from birdstrike.data.progress import Progress
+from birdstrike.data.storage.out_folder import fills_out
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.doe.designs.registry import refuse_seed
 from birdstrike.inversion.conditions import case_of_each, parts_of_one_shot, same_structure
-from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
-from birdstrike.inversion.diagnosis.evidence import AUTO, birds_apart
+from birdstrike.inversion.diagnosis.conclusions.baseline import left_out, read_baselines, unfit
+from birdstrike.inversion.diagnosis.conclusions.solver_update import NearFits, with_runs
+from birdstrike.inversion.diagnosis.inference.evidence import AUTO, birds_apart
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
-from birdstrike.inversion.diagnosis.plan import make_plan
-from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan, unpredictable
-from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
-from birdstrike.inversion.diagnosis.solver_update import NearFits, with_runs
+from birdstrike.inversion.diagnosis.preparation.plan import make_plan
+from birdstrike.inversion.diagnosis.preparation.setup import Setup, make_setup, simulate_plan, unpredictable
+from birdstrike.inversion.diagnosis.preparation.shots import read_shot, unpredicted
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
 from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.inversion.results.diagnosis import Diagnosis

@@ -13,12 +13,12 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import conditions
-from birdstrike.inversion.diagnosis.before_and_after import estimate
-from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
-from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
-from birdstrike.inversion.diagnosis.responses import Response
-from birdstrike.inversion.diagnosis.setup import Setup
-from birdstrike.inversion.diagnosis.shots import Shot, setups_of
+from birdstrike.inversion.diagnosis.conclusions.before_and_after import estimate
+from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis, Suspect
+from birdstrike.inversion.diagnosis.inference.ranking import Fit, Ranking
+from birdstrike.inversion.diagnosis.preparation.responses import Response
+from birdstrike.inversion.diagnosis.preparation.setup import Setup
+from birdstrike.inversion.diagnosis.preparation.shots import Shot, setups_of
 from birdstrike.inversion.estimation.mesh_correction import stack
 from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.surrogate.weights import emulator_table, process_table

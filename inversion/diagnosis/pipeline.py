@@ -15,8 +15,8 @@ from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.progress import Display, no_display
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.doe.solvers import simulated_by
-from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
-from birdstrike.inversion.diagnosis.answer import (
+from birdstrike.inversion.diagnosis.conclusions.alarm import ALPHA, alarm, required_discrepancy
+from birdstrike.inversion.diagnosis.conclusions.answer import (
     SIMULATION_SCATTER,
     curves,
     discrepancy_figures,
@@ -31,14 +31,14 @@ from birdstrike.inversion.diagnosis.answer import (
     unexplained,
     verdict_of,
 )
-from birdstrike.inversion.diagnosis.baseline import (
+from birdstrike.inversion.diagnosis.conclusions.baseline import (
     Baselines,
     baseline_shapes,
     larger_shapes,
     mesh_shapes,
     residual_rms,
 )
-from birdstrike.inversion.diagnosis.before_and_after import (
+from birdstrike.inversion.diagnosis.conclusions.before_and_after import (
     Held,
     SolverRun,
     hold_out,
@@ -47,18 +47,23 @@ from birdstrike.inversion.diagnosis.before_and_after import (
     predicts_better,
     run_at,
 )
-from birdstrike.inversion.diagnosis.discrepancy import STATED, Amplitudes, beside_baselines, unknown_or_stated
-from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
-from birdstrike.inversion.diagnosis.hypotheses import NOTHING, hypotheses, suspects
+from birdstrike.inversion.diagnosis.conclusions.next_measurement import propose
+from birdstrike.inversion.diagnosis.conclusions.power import gain, minimum_detectable
+from birdstrike.inversion.diagnosis.conclusions.solver_update import update
+from birdstrike.inversion.diagnosis.inference.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
+from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING, hypotheses, suspects
+from birdstrike.inversion.diagnosis.inference.ranking import Problem, Ranking, Standing, likelier, rank
+from birdstrike.inversion.diagnosis.inference.system import Options as SystemOptions
 from birdstrike.inversion.diagnosis.model_file import model_table
-from birdstrike.inversion.diagnosis.next_measurement import propose
-from birdstrike.inversion.diagnosis.plan import RUNS
-from birdstrike.inversion.diagnosis.power import gain, minimum_detectable
-from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, Standing, likelier, rank
-from birdstrike.inversion.diagnosis.setup import Setup
-from birdstrike.inversion.diagnosis.shots import Shot, setups_of, unpredicted
-from birdstrike.inversion.diagnosis.solver_update import update
-from birdstrike.inversion.diagnosis.system import Options as SystemOptions
+from birdstrike.inversion.diagnosis.preparation.discrepancy import (
+    STATED,
+    Amplitudes,
+    beside_baselines,
+    unknown_or_stated,
+)
+from birdstrike.inversion.diagnosis.preparation.plan import RUNS
+from birdstrike.inversion.diagnosis.preparation.setup import Setup
+from birdstrike.inversion.diagnosis.preparation.shots import Shot, setups_of, unpredicted
 from birdstrike.inversion.estimation.mesh_correction import shells_of_a_file, unrefined_file
 from birdstrike.inversion.estimation.prior import conflicts
 from birdstrike.inversion.estimation.refinement import AUTO as REFINE_AUTO

@@ -14,13 +14,13 @@ from birdstrike.data.formatting import listing, plain, quantity, span
 from birdstrike.data.progress import Progress
 from birdstrike.doe.designs.quality import Quality, weakest_quality
 from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.estimation.answers.proposal import Calibration
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import Coordinates, carried_coordinates, parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import Columns, error_columns, poor
 from birdstrike.inversion.estimation.posterior import Sampling, sample
 from birdstrike.inversion.estimation.prior import conflicts
-from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.estimation.time_origin import time_origin
 from birdstrike.inversion.estimation.unseen_drift import with_drift
 from birdstrike.inversion.observations.observations import Observations, observe

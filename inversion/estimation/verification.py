@@ -11,9 +11,9 @@ import pandas as pd
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import RunFailed
-from birdstrike.data.files import write_atomically
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.storage.files import write_atomically
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.misfit import finite, relative, rms, rmse, whitened
 from birdstrike.inversion.observations.observations import Observations

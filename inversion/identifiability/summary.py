@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array
+from birdstrike.data.storage.files import write_atomically
+from birdstrike.inversion.estimation.answers.proposal import Calibration
 from birdstrike.inversion.estimation.coordinates import Coordinates
 from birdstrike.inversion.estimation.posterior import Posterior
-from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.identifiability.directions import directions
 from birdstrike.inversion.identifiability.profile import profiles
 from birdstrike.inversion.identifiability.sobol import sobol_indices

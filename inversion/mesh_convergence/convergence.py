@@ -12,7 +12,7 @@ import numpy as np
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress, silent
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.attempt import Simulate
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
 from birdstrike.doe.campaign.runner import RunCounts, Runner

@@ -15,9 +15,9 @@ import numpy as np
 from birdstrike.data.arguments import as_list, as_names, refuse_other_kinds
 from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, RunFailed, UserError, refuse_not_whole
-from birdstrike.data.files import plain as plain_json
 from birdstrike.data.formatting import listing
-from birdstrike.data.out_folder import fills_out
+from birdstrike.data.storage.files import plain as plain_json
+from birdstrike.data.storage.out_folder import fills_out
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.designs.registry import refuse_seed
 from birdstrike.doe.designs.uniform import LARGEST

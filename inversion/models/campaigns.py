@@ -19,13 +19,14 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.data.formatting import listing, quantity
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import silent
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.folder import CampaignFolder, flat
 from birdstrike.doe.campaign.planned import planned_design
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion import forward
+from birdstrike.inversion.estimation.answers.proposal import Calibration
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
     NuisanceRuns,
@@ -33,7 +34,6 @@ from birdstrike.inversion.estimation.known_errors import (
     stated_discrepancy,
 )
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
-from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
 from birdstrike.inversion.forward import Forward, StoredSolver

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.discrepancy import UNSEEN, started
+from birdstrike.inversion.diagnosis.preparation.discrepancy import UNSEEN, started
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.shots import shot_number

@@ -17,11 +17,11 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.curves import write_histories
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
-from birdstrike.data.files import write_json
 from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import silent
-from birdstrike.inversion.diagnosis.discrepancy import LEAST
+from birdstrike.data.storage.files import write_json
+from birdstrike.inversion.diagnosis.preparation.discrepancy import LEAST
 from birdstrike.inversion.estimation.locate import Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, own_origin, suffix

@@ -13,8 +13,8 @@ from pydantic import TypeAdapter
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.display import Displayed
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import file_in, read_json, withdraw, write_atomically, write_json
-from birdstrike.data.files import plain as plain_json
+from birdstrike.data.storage.files import file_in, read_json, withdraw, write_atomically, write_json
+from birdstrike.data.storage.files import plain as plain_json
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.labels import provenance
 from birdstrike.inversion.models.candidates import candidate

@@ -10,7 +10,7 @@ from typing import Any
 
 from birdstrike.data.errors import CaseError, RunFailed
 from birdstrike.data.histories import Histories
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.run import PlannedRun
 from birdstrike.doe.campaign.runner import Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count

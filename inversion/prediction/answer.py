@@ -16,9 +16,9 @@ from birdstrike.data.arguments import as_path
 from birdstrike.data.curves import read_histories
 from birdstrike.data.display import Displayed, draw_curves, own_axes, shown_channel
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import file_in, read_json, write_atomically, write_json
 from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.storage.files import file_in, read_json, write_atomically, write_json
 from birdstrike.inversion.prediction.distance import Reach
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress
 from birdstrike.data.run_warnings import merged
 from birdstrike.doe.campaign.simulations import Simulations
-from birdstrike.inversion.diagnosis.plan import meshes
+from birdstrike.inversion.diagnosis.preparation.plan import meshes
 from birdstrike.inversion.estimation.mesh_correction import fine_mesh, spread
 from birdstrike.inversion.models.candidates import with_material
 from birdstrike.inversion.prediction.learnt import Learnt

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.discrepancy import UNSEEN, remainder, started
+from birdstrike.inversion.diagnosis.preparation.discrepancy import UNSEEN, remainder, started
 from birdstrike.inversion.prediction.distance import Distance
 from birdstrike.inversion.prediction.learnt import Explanation, SensorError
 

@@ -22,7 +22,7 @@ import numpy as np
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import conditions
-from birdstrike.inversion.diagnosis.discrepancy import matern52
+from birdstrike.inversion.diagnosis.preparation.discrepancy import matern52
 from birdstrike.inversion.prediction.learnt import Learnt, LearntShot
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.target import Target

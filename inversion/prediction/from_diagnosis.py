@@ -12,9 +12,9 @@ import pandas as pd
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.data.tree import load_tree
+from birdstrike.data.storage.tree import load_tree
 from birdstrike.doe.campaign.folder import stored_case
-from birdstrike.inversion.diagnosis.discrepancy import remainder
+from birdstrike.inversion.diagnosis.preparation.discrepancy import remainder
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError, unseen_parts
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.discrepancy import OWN_SHARE, remainder
+from birdstrike.inversion.diagnosis.preparation.discrepancy import OWN_SHARE, remainder
 from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
 from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case

@@ -11,9 +11,9 @@ import numpy as np
 
 from birdstrike.data.arguments import as_names, as_options, as_path, refuse_other_kinds
 from birdstrike.data.errors import UnitError, UserError, refuse_not_whole
-from birdstrike.data.files import withdraw
-from birdstrike.data.out_folder import fills_out, model_of
 from birdstrike.data.progress import Progress, silent
+from birdstrike.data.storage.files import withdraw
+from birdstrike.data.storage.out_folder import fills_out, model_of
 from birdstrike.data.units import to_si
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.out_folder import model_of
+from birdstrike.data.storage.out_folder import model_of
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.prediction.from_inversion import read_inversion
 from birdstrike.inversion.prediction.from_models import read_models

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import file_in, write_json
+from birdstrike.data.storage.files import file_in, write_json
 from birdstrike.inversion.labels import label_parts, provenance_of
 from birdstrike.inversion.results.estimates import ends_95
 from birdstrike.solver.case.case import Case

@@ -11,8 +11,8 @@ import pandas as pd
 from birdstrike.data.columns import read_own_table
 from birdstrike.data.curves import LONGEST
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import withdraw, write_atomically
-from birdstrike.data.tree import save_tree
+from birdstrike.data.storage.files import withdraw, write_atomically
+from birdstrike.data.storage.tree import save_tree
 from birdstrike.inversion.results.diagnosis import AGAIN, ATTRIBUTED, RESULT, Diagnosis
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.write import case_toml, copy_case, portable_table

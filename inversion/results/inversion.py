@@ -14,8 +14,8 @@ from pydantic import Field, TypeAdapter, ValidationError
 from birdstrike.data.columns import read_columns
 from birdstrike.data.display import Displayed, own_axes
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import file_in, write_atomically
 from birdstrike.data.formatting import plain, quantity, span
+from birdstrike.data.storage.files import file_in, write_atomically
 from birdstrike.inversion.results.estimates import Answer, ends_95
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.identifiability import IdentifiabilityFigures, PosteriorFigures

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import read_json
+from birdstrike.data.storage.files import read_json
 from birdstrike.inversion.results.diagnosis_files import RESULT, case_files
 from birdstrike.solver.case.case import case_hash, load_case
 

@@ -15,7 +15,7 @@ import numpy as np
 from birdstrike.data.errors import CaseError, MachineFailure
 from birdstrike.data.histories import Histories
 from birdstrike.data.progress import Progress, silent
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.data.units import quantity_text
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
 from birdstrike.doe.campaign.runner import Runner

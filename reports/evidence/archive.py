@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import plain, read_json, whole_file
+from birdstrike.data.storage.files import plain, read_json, whole_file
 from birdstrike.doe.solvers import simulated_by, solver_for
 from birdstrike.inversion.train_and_invert import case_file
 from birdstrike.reports.evidence.sources import CAMPAIGN_FILES, Sources, find_sources, repeat_line, repeat_words

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import file_digest, read_json
 from birdstrike.data.formatting import many
-from birdstrike.data.out_folder import maker_of
 from birdstrike.data.paths import resolve_measured
+from birdstrike.data.storage.files import file_digest, read_json
+from birdstrike.data.storage.out_folder import maker_of
 from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.inversion import Inversion

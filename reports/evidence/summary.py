@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from birdstrike.data.files import read_json
 from birdstrike.data.formatting import quantity, span
+from birdstrike.data.storage.files import read_json
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.labels import flight
 from birdstrike.reports.evidence.sources import Sources, no_command, repeat_line

@@ -13,8 +13,8 @@ import numpy as np
 from markupsafe import Markup
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import plain, write_atomically
-from birdstrike.data.tree import ARRAY, without_arrays
+from birdstrike.data.storage.files import plain, write_atomically
+from birdstrike.data.storage.tree import ARRAY, without_arrays
 from birdstrike.data.units import ACCEPTED, factor
 from birdstrike.reports.explore.kinds.registry import kind_of
 from birdstrike.reports.explore.view import View

@@ -10,7 +10,7 @@ from typing import Any
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing, quantity, span
-from birdstrike.data.out_folder import maker_of, model_of
+from birdstrike.data.storage.out_folder import maker_of, model_of
 from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.inversion.estimation.verification import error_words
 from birdstrike.inversion.labels import flight

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_atomically
+from birdstrike.data.storage.files import write_atomically
 from birdstrike.data.unit_systems import UnitSystem
 from birdstrike.reports.export.cards import Card, cards_of, reworded
 from birdstrike.reports.export.exported import Export, ExportedBird

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from birdstrike.data.files import write_atomically
+from birdstrike.data.storage.files import write_atomically
 from birdstrike.data.unit_systems import UnitSystem
 from birdstrike.reports.export.cards import cards_of, reworded
 from birdstrike.reports.export.fixed_columns import card, columns, comments, ten_a_line

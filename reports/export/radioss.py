@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array
+from birdstrike.data.storage.files import write_atomically
 from birdstrike.data.unit_systems import UnitSystem
 from birdstrike.reports.export.exported import Export
 from birdstrike.reports.export.fixed_columns import card, columns, comments, ten_a_line

@@ -16,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from birdstrike.data.files import whole_file
+from birdstrike.data.storage.files import whole_file
 
 P = ParamSpec("P")
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import read_json, write_atomically
 from birdstrike.data.formatting import many
+from birdstrike.data.storage.files import read_json, write_atomically
 from birdstrike.inversion.audit.draws import PARTICLES, SHELLS, SHELLS_OF_FORM, name_of
 from birdstrike.inversion.audit.tables import NEAR, criteria
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from birdstrike.data.files import write_atomically
+from birdstrike.data.storage.files import write_atomically
 from birdstrike.reports.blocks import Section
 from birdstrike.reports.figures.diagnosis import probability_figure, residual_figure
 from birdstrike.reports.figures.style import png

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from birdstrike.data.curves import read_histories, read_measured
-from birdstrike.data.files import write_atomically
 from birdstrike.data.formatting import many
 from birdstrike.data.histories import Histories
+from birdstrike.data.storage.files import write_atomically
 from birdstrike.inversion.labels import provenance
 from birdstrike.inversion.models.results import read_comparison
 from birdstrike.reports.figures.switches import CALIBRATED, COLOURS, PUBLISHED, RECORD

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from birdstrike.data.files import file_digest, write_atomically
 from birdstrike.data.formatting import many, quantity
+from birdstrike.data.storage.files import file_digest, write_atomically
 from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.comparison.other_code import CurvePair
 from birdstrike.reports.figures.other_code import two_codes_figure

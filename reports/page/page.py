@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from birdstrike.data.files import write_atomically
 from birdstrike.data.progress import Progress, silent
+from birdstrike.data.storage.files import write_atomically
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.reports.blocks import Picture, Section
 from birdstrike.reports.comparison.models import run_models

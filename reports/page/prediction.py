@@ -8,9 +8,9 @@ from typing import Any
 
 from birdstrike.data.curves import read_histories
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import read_json, write_atomically
 from birdstrike.data.formatting import listing, many, plain, quantity, span
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.storage.files import read_json, write_atomically
 from birdstrike.inversion.prediction.answer import QUANTILES, tearing_words
 from birdstrike.inversion.prediction.budget import SOURCES
 from birdstrike.inversion.prediction.distance import WORDS

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from birdstrike.data.files import read_json
+from birdstrike.data.storage.files import read_json
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.diagnosis_files import RESULT, baseline_file, case_files
 from birdstrike.inversion.results.inversion import Inversion

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.out_folder import maker_of, model_of
+from birdstrike.data.storage.out_folder import maker_of, model_of
 from birdstrike.inversion.results.same_shot import shot_difference
 
 CAMPAIGN_FILES = ("case.toml", "design.csv", "curves.csv", "summary.json")

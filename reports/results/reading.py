@@ -12,10 +12,10 @@ import numpy as np
 from birdstrike.data.columns import damaged, read_columns
 from birdstrike.data.curves import Measured, read_histories
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import read_json
 from birdstrike.data.formatting import listing
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.files import read_json
+from birdstrike.data.storage.store import RunStore
 from birdstrike.data.units import display
 from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.doe.campaign.results import load_dataset

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from birdstrike.data.files import read_json
+from birdstrike.data.storage.files import read_json
 from birdstrike.inversion.method_comparison import ABOVE, ALLOWED
 from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.figures.quantities import symbol

@@ -11,9 +11,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.paths import CASES, REFERENCE
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.files import whole_file, write_json
+from birdstrike.data.storage.store import RunStore
 from birdstrike.reports.figures.style import png
 from birdstrike.reports.verification.made import ROOT, Made, made_now
 from birdstrike.reports.verification.problem import Problem, Reason, Row, Solution

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import write_json
+from birdstrike.data.storage.files import write_json
 from birdstrike.reports.verification.cache import Result, as_table, result_of
 from birdstrike.reports.verification.registry import problems
 

@@ -12,7 +12,7 @@ from importlib.metadata import version
 from itertools import groupby
 from pathlib import Path
 
-from birdstrike.data.files import whole_file, write_atomically
+from birdstrike.data.storage.files import whole_file, write_atomically
 from birdstrike.reports.verification.cache import Drawn, Result
 from birdstrike.reports.verification.ledger import FIGURES, record
 from birdstrike.reports.verification.made import Made, made_now

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.store import RunStore, run_key
+from birdstrike.data.storage.store import RunStore, run_key
 from birdstrike.solver.build import bird_lattice, in_flight
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.coupling import Coupling

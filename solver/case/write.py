@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import tomli_w
 
-from birdstrike.data.files import whole_file, write_atomically
+from birdstrike.data.storage.files import whole_file, write_atomically
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.target.files.mesh_file import included_files
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array
+from birdstrike.data.storage.files import write_atomically
 from birdstrike.surrogate.network import Shape, forward
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.solvers import solver_for
 from birdstrike.effects import Effect, effects, register, unregister
 from birdstrike.solver.case.case import load_case

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import birdstrike
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
-from birdstrike.data.out_folder import reserved
+from birdstrike.data.storage.out_folder import reserved
 from tests.doe.campaign.test_campaign import campaign
 
 RECORD = "time [ms],displacement_centre [mm]\n0.0,0.0\n0.5,1.0\n1.0,2.0\n"

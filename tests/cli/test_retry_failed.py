@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 from birdstrike.cli.app import app
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.solver.case.case import Case
 from tests.inversion import small_campaign
 from tests.inversion.diagnosis.rig import few_simulations

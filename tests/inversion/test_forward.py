@@ -12,7 +12,7 @@ import pytest
 import birdstrike.inversion.forward
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.inversion.forward import StoredSolver, watched
 from birdstrike.solver.case.case import Case, load_case
 

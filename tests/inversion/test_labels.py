@@ -15,8 +15,8 @@ import pytest
 
 from birdstrike.inversion.audit.draws import label_of, sensor_of
 from birdstrike.inversion.audit.records import Truth, truth_text
-from birdstrike.inversion.diagnosis.answer import _meaning
-from birdstrike.inversion.diagnosis.next_measurement import _response
+from birdstrike.inversion.diagnosis.conclusions.answer import _meaning
+from birdstrike.inversion.diagnosis.conclusions.next_measurement import _response
 from birdstrike.inversion.labels import in_words, label_parts
 from birdstrike.inversion.prediction.budget import _dominant, _remedy
 from birdstrike.reports.explore import explore

@@ -17,7 +17,7 @@ import birdstrike.inversion.forward
 from birdstrike.data.curves import Measured, read_histories, write_measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.histories import Histories
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.observations.filters import ModelFilter, zero_phase
 from birdstrike.inversion.results.inversion import Inversion

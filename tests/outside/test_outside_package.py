@@ -70,7 +70,7 @@ if __name__ == "__main__":
             pd.DataFrame({"time [s]": painted["time_s"], "mean [m]": noisy}).to_csv("record.csv", index=False)
 """
 KEYS = """
-from birdstrike.data.store import run_key
+from birdstrike.data.storage.store import run_key
 from birdstrike.solver.case.case import case_hash, load_case
 
 uses = {

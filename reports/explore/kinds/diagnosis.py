@@ -10,7 +10,7 @@ import numpy as np
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.data.tree import load_tree
+from birdstrike.data.storage.tree import load_tree
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis, EffectFigures, ShotStates

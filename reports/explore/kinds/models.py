@@ -13,9 +13,9 @@ import numpy as np
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import read_json
 from birdstrike.data.formatting import plain, span
-from birdstrike.data.out_folder import maker_of, model_of
+from birdstrike.data.storage.files import read_json
+from birdstrike.data.storage.out_folder import maker_of, model_of
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, read_comparison
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of

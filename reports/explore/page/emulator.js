@@ -84,7 +84,7 @@ const addResponse = (response, name, z, h, out) => {
   own.slopes[name].forEach((row, j) => addScaled(out, row, h * (z[j] - response.centre[j])));
 };
 
-// Change of a curve by a fault of an instrument, of a magnitude in SI (inversion.diagnosis.instrument.change).
+// Change of a curve by a fault of an instrument, of a magnitude in SI (inversion.diagnosis.preparation.instrument.change).
 const gradient = (time, curve) => curve.map((_, i) => {
   const a = Math.max(i - 1, 0), b = Math.min(i + 1, curve.length - 1);
   return (curve[b] - curve[a]) / (time[b] - time[a]);

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from birdstrike.cli.app import app
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import CaseError, RunFailed, UserError
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.runner import RunCounts

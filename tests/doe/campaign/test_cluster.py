@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from birdstrike.data.errors import RunFailed, UserError
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.cluster import SameSolver, WrongWorker, cluster
 from birdstrike.doe.designs.registry import make_design

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import whole_file
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.files import whole_file
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.folder import DAY, CampaignFolder
 from birdstrike.doe.campaign.planned import planned_design

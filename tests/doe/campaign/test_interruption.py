@@ -16,7 +16,7 @@ import pytest
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.solver.case.case import Case

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from birdstrike.cli.app import app
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.formatting import many
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.inventory import inventory
 from birdstrike.doe.campaign.results import load_dataset

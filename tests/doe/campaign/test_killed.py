@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from tests.doe.stand_in import VERSION, attempts, design, reference, strike
 

@@ -16,7 +16,7 @@ from typer.testing import CliRunner, Result
 from birdstrike.cli.app import app
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.attempt import Solver
 from birdstrike.doe.campaign.run import Finished, PlannedRun, carried_out, failed_runs, state_of
 from birdstrike.solver.case.case import Case

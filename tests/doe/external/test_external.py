@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import CaseError, MachineFailure, RunFailed, UserError
 from birdstrike.data.histories import Array
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace

@@ -12,9 +12,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
+from birdstrike.inversion.diagnosis.inference.ranking import Ranking
 from birdstrike.inversion.diagnosis.model_file import model_table
-from birdstrike.inversion.diagnosis.ranking import Ranking
-from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.preparation.shots import Shot
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.inversion.results.diagnosis_files import write
 from birdstrike.solver.case.case import Case

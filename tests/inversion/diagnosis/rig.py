@@ -14,7 +14,7 @@ import pytest
 
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.histories import Histories
-from birdstrike.inversion.diagnosis.plan import make_plan
+from birdstrike.inversion.diagnosis.preparation.plan import make_plan
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.simulate import simulate
@@ -77,11 +77,11 @@ def few_simulations(particles: int = PARTICLES, sought: Sequence[str] = SOUGHT) 
     library = {name: effects()[name] for name in sought}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("birdstrike.doe.campaign.simulations.process_pool", ThreadPoolExecutor)
-        patch.setattr("birdstrike.inversion.diagnosis.plan.effects_of", lambda _: library)
-        patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", particles)
-        patch.setattr("birdstrike.inversion.diagnosis.plan.FINE_RUNS", 5)
-        patch.setattr("birdstrike.inversion.diagnosis.solver_update.MOST", 1)
-        patch.setattr("birdstrike.inversion.diagnosis.solver_update.REPLICATES", 2)
+        patch.setattr("birdstrike.inversion.diagnosis.preparation.plan.effects_of", lambda _: library)
+        patch.setattr("birdstrike.inversion.diagnosis.preparation.plan.COARSE_PARTICLES", particles)
+        patch.setattr("birdstrike.inversion.diagnosis.preparation.plan.FINE_RUNS", 5)
+        patch.setattr("birdstrike.inversion.diagnosis.conclusions.solver_update.MOST", 1)
+        patch.setattr("birdstrike.inversion.diagnosis.conclusions.solver_update.REPLICATES", 2)
         patch.setattr(
             "birdstrike.inversion.diagnosis.diagnose.make_plan",
             lambda case, _, seed, first: make_plan(case, 9, seed, first),

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal, norm
 
-from birdstrike.inversion.diagnosis.alarm import SHARES, odds, smallest
+from birdstrike.inversion.diagnosis.conclusions.alarm import SHARES, odds, smallest
 
 POINTS = 6
 

@@ -13,13 +13,13 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.stats import norm
 
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.diagnosis import answer
-from birdstrike.inversion.diagnosis.answer import _meaning, consistency, parameters, reaches_limit
-from birdstrike.inversion.diagnosis.hypotheses import Suspect
-from birdstrike.inversion.diagnosis.instrument import instrument_effects
+from birdstrike.inversion.diagnosis.conclusions import answer
+from birdstrike.inversion.diagnosis.conclusions.answer import _meaning, consistency, parameters, reaches_limit
+from birdstrike.inversion.diagnosis.inference.hypotheses import Suspect
 from birdstrike.inversion.diagnosis.pipeline import _outside_ranges
-from birdstrike.inversion.diagnosis.plan import library
-from birdstrike.inversion.diagnosis.responses import Response
+from birdstrike.inversion.diagnosis.preparation.instrument import instrument_effects
+from birdstrike.inversion.diagnosis.preparation.plan import library
+from birdstrike.inversion.diagnosis.preparation.responses import Response
 from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.results.diagnosis import AMBIGUOUS, ATTRIBUTED, NO_RESIDUAL, UNEXPLAINED, EffectFigures
 from birdstrike.inversion.results.diagnosis_text import OPPOSITES, in_its_sense, magnitude_words, next_step, sentence_of

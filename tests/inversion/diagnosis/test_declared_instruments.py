@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from birdstrike.inversion.diagnosis import before_and_after
-from birdstrike.inversion.diagnosis.before_and_after import case_with
-from birdstrike.inversion.diagnosis.hypotheses import Suspect
-from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature, with_faults
-from birdstrike.inversion.diagnosis.plan import with_probes
+from birdstrike.inversion.diagnosis.conclusions import before_and_after
+from birdstrike.inversion.diagnosis.conclusions.before_and_after import case_with
+from birdstrike.inversion.diagnosis.inference.hypotheses import Suspect
+from birdstrike.inversion.diagnosis.preparation.instrument import change, instrument_effects, signature, with_faults
+from birdstrike.inversion.diagnosis.preparation.plan import with_probes
 from birdstrike.solver.case.case import Case, case_from_table, load_case
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, recorded

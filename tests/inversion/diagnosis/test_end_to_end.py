@@ -14,9 +14,10 @@ import pytest
 
 from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
-from birdstrike.data.tree import load_tree
-from birdstrike.inversion.diagnosis import answer
-from birdstrike.inversion.diagnosis.before_and_after import Held
+from birdstrike.data.storage.tree import load_tree
+from birdstrike.inversion.diagnosis.conclusions import answer
+from birdstrike.inversion.diagnosis.conclusions.before_and_after import Held
+from birdstrike.inversion.diagnosis.conclusions.next_measurement import Proposal
 from birdstrike.inversion.diagnosis.diagnose import (
     DiagnosisOptions,
     clean_shots,
@@ -24,7 +25,6 @@ from birdstrike.inversion.diagnosis.diagnose import (
     named_records,
     stated_bird,
 )
-from birdstrike.inversion.diagnosis.next_measurement import Proposal
 from birdstrike.loop import close_the_loop
 from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.conftest import Laboratory

@@ -16,21 +16,12 @@ from sklearn.gaussian_process.kernels import Matern
 
 from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.diagnosis.alarm import SHARES, alarm, required_discrepancy
-from birdstrike.inversion.diagnosis.answer import verdict_of
-from birdstrike.inversion.diagnosis.baseline import Baselines
-from birdstrike.inversion.diagnosis.before_and_after import Held, predicts_better
-from birdstrike.inversion.diagnosis.discrepancy import (
-    STATED,
-    Amplitudes,
-    alike,
-    beside_baselines,
-    matern52,
-    shape_of,
-    started,
-    unknown_or_stated,
-)
-from birdstrike.inversion.diagnosis.evidence import (
+from birdstrike.inversion.diagnosis.conclusions.alarm import SHARES, alarm, required_discrepancy
+from birdstrike.inversion.diagnosis.conclusions.answer import verdict_of
+from birdstrike.inversion.diagnosis.conclusions.baseline import Baselines
+from birdstrike.inversion.diagnosis.conclusions.before_and_after import Held, predicts_better
+from birdstrike.inversion.diagnosis.conclusions.solver_update import _farther, _wanted, wanted_effects
+from birdstrike.inversion.diagnosis.inference.evidence import (
     BIRDS,
     SIZES,
     UNNAMED,
@@ -40,13 +31,9 @@ from birdstrike.inversion.diagnosis.evidence import (
     credible_set,
     probabilities,
 )
-from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
-from birdstrike.inversion.diagnosis.model_file import _response
-from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
-from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
-from birdstrike.inversion.diagnosis.responses import LINEAR, Change, Response, Uncertainty, scatter, up_to_date, updated
-from birdstrike.inversion.diagnosis.solver_update import _farther, _wanted, wanted_effects
-from birdstrike.inversion.diagnosis.system import (
+from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis, Suspect
+from birdstrike.inversion.diagnosis.inference.ranking import Fit, Ranking, Standing, refit_pairs
+from birdstrike.inversion.diagnosis.inference.system import (
     IN_COMMON,
     SHARE,
     TRENDS,
@@ -57,6 +44,27 @@ from birdstrike.inversion.diagnosis.system import (
     _learnt_error,
     _trends,
     lattice_columns,
+)
+from birdstrike.inversion.diagnosis.model_file import _response
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
+from birdstrike.inversion.diagnosis.preparation.discrepancy import (
+    STATED,
+    Amplitudes,
+    alike,
+    beside_baselines,
+    matern52,
+    shape_of,
+    started,
+    unknown_or_stated,
+)
+from birdstrike.inversion.diagnosis.preparation.responses import (
+    LINEAR,
+    Change,
+    Response,
+    Uncertainty,
+    scatter,
+    up_to_date,
+    updated,
 )
 from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE

@@ -12,10 +12,10 @@ import pandas as pd
 import pytest
 from matplotlib import pyplot as plt
 
-from birdstrike.data.tree import load_tree, save_tree
-from birdstrike.inversion.diagnosis.before_and_after import predicted
-from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
-from birdstrike.inversion.diagnosis.instrument import with_faults
+from birdstrike.data.storage.tree import load_tree, save_tree
+from birdstrike.inversion.diagnosis.conclusions.before_and_after import predicted
+from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
+from birdstrike.inversion.diagnosis.preparation.instrument import with_faults
 from birdstrike.inversion.results.diagnosis_files import MODEL
 from birdstrike.reports.explore.explore import explore
 from birdstrike.solver.case.case import load_case
@@ -75,7 +75,7 @@ def test_a_record_of_means_is_held_against_the_means_of_the_curve(
     browser: Browser, laboratory: Laboratory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The page took the curve at the middle of the averaged instants: its misfit was not that of diagnosis.csv."""
-    monkeypatch.setattr("birdstrike.inversion.diagnosis.shots.MOST_POINTS", 18)
+    monkeypatch.setattr("birdstrike.inversion.diagnosis.preparation.shots.MOST_POINTS", 18)
     assert laboratory.diagnose("means", "--measured", str(laboratory.folder / "loose.csv")).exit_code == 0
     folder = laboratory.folder / "means"
     table = pd.read_csv(folder / "diagnosis.csv")

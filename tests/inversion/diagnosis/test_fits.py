@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from birdstrike.inversion.diagnosis.answer import SIMULATION_SCATTER
-from birdstrike.inversion.diagnosis.evidence import ModelTester
-from birdstrike.inversion.diagnosis.hypotheses import NOTHING
-from birdstrike.inversion.diagnosis.plan import LATTICES
-from birdstrike.inversion.diagnosis.ranking import SWING, Fit, Problem, likelier
-from birdstrike.inversion.diagnosis.system import Places
+from birdstrike.inversion.diagnosis.conclusions.answer import SIMULATION_SCATTER
+from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
+from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
+from birdstrike.inversion.diagnosis.inference.ranking import SWING, Fit, Problem, likelier
+from birdstrike.inversion.diagnosis.inference.system import Places
+from birdstrike.inversion.diagnosis.preparation.plan import LATTICES
 from birdstrike.inversion.estimation.mesh_correction import stack
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 from tests.inversion.diagnosis.conftest import Laboratory

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured
-from birdstrike.inversion.diagnosis.answer import curve_at
-from birdstrike.inversion.diagnosis.before_and_after import Held, expected_residual, other_record
+from birdstrike.inversion.diagnosis.conclusions.answer import curve_at
+from birdstrike.inversion.diagnosis.conclusions.before_and_after import Held, expected_residual, other_record
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_heldout
-from birdstrike.inversion.diagnosis.hypotheses import NOTHING
-from birdstrike.inversion.diagnosis.shots import Record, Shot
+from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
+from birdstrike.inversion.diagnosis.preparation.shots import Record, Shot
 from tests.inversion.diagnosis.conftest import Laboratory
 from tests.inversion.diagnosis.rig import tiny
 

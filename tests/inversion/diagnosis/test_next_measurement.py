@@ -10,11 +10,8 @@ import numpy as np
 import pytest
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis import next_measurement
-from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, remainder, started
-from birdstrike.inversion.diagnosis.evidence import ModelTester
-from birdstrike.inversion.diagnosis.hypotheses import NOTHING
-from birdstrike.inversion.diagnosis.next_measurement import (
+from birdstrike.inversion.diagnosis.conclusions import next_measurement
+from birdstrike.inversion.diagnosis.conclusions.next_measurement import (
     POINTS,
     _beside_clean_shot,
     _beside_own_bird,
@@ -23,7 +20,10 @@ from birdstrike.inversion.diagnosis.next_measurement import (
     sensor_information,
     slopes,
 )
-from birdstrike.inversion.diagnosis.system import Places, System
+from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
+from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
+from birdstrike.inversion.diagnosis.inference.system import Places, System
+from birdstrike.inversion.diagnosis.preparation.discrepancy import Amplitudes, remainder, started
 from birdstrike.inversion.estimation.prior import UNIFORM_SD
 from birdstrike.inversion.results.diagnosis import NONE
 from tests.inversion.diagnosis.test_evidence import POINTS as RECORD

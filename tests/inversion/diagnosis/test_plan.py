@@ -14,9 +14,9 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.effects import Effect, register, unregister
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
-from birdstrike.inversion.diagnosis.hypotheses import Suspect, family_of, hypotheses
-from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature, with_faults
-from birdstrike.inversion.diagnosis.plan import (
+from birdstrike.inversion.diagnosis.inference.hypotheses import Suspect, family_of, hypotheses
+from birdstrike.inversion.diagnosis.preparation.instrument import change, instrument_effects, signature, with_faults
+from birdstrike.inversion.diagnosis.preparation.plan import (
     Block,
     Known,
     candidates,
@@ -27,8 +27,8 @@ from birdstrike.inversion.diagnosis.plan import (
     two_level,
     with_probes,
 )
-from birdstrike.inversion.diagnosis.responses import learn_responses
-from birdstrike.inversion.diagnosis.setup import unpredictable
+from birdstrike.inversion.diagnosis.preparation.responses import learn_responses
+from birdstrike.inversion.diagnosis.preparation.setup import unpredictable
 from birdstrike.inversion.estimation.mesh_correction import spread
 from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.solver.build import rest_mesh

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.diagnosis.evidence import ModelTester
-from birdstrike.inversion.diagnosis.next_measurement import expected
-from birdstrike.inversion.diagnosis.power import (
+from birdstrike.inversion.diagnosis.conclusions.next_measurement import expected
+from birdstrike.inversion.diagnosis.conclusions.power import (
     absorbed,
     biases,
     collinear,
@@ -20,7 +19,8 @@ from birdstrike.inversion.diagnosis.power import (
     minimum_detectable,
     scatter_of_sizes,
 )
-from birdstrike.inversion.diagnosis.system import System
+from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
+from birdstrike.inversion.diagnosis.inference.system import System
 from birdstrike.inversion.estimation.prior import UNIFORM_SD
 from birdstrike.inversion.results.diagnosis import NONE
 from tests.inversion.diagnosis.test_evidence import POINTS, Stub, known, models, system, two_birds

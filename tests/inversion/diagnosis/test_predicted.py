@@ -13,11 +13,11 @@ import pytest
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
-from birdstrike.data.tree import load_tree, save_tree
-from birdstrike.inversion.diagnosis.answer import curve_at
-from birdstrike.inversion.diagnosis.discrepancy import OWN_SHARE, unknown_or_stated
-from birdstrike.inversion.diagnosis.evidence import ModelTester
-from birdstrike.inversion.diagnosis.system import FAST, Places, build
+from birdstrike.data.storage.tree import load_tree, save_tree
+from birdstrike.inversion.diagnosis.conclusions.answer import curve_at
+from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
+from birdstrike.inversion.diagnosis.inference.system import FAST, Places, build
+from birdstrike.inversion.diagnosis.preparation.discrepancy import OWN_SHARE, unknown_or_stated
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 from tests.inversion.diagnosis.conftest import Laboratory

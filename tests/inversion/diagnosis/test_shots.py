@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
-from birdstrike.inversion.diagnosis.shots import Record, read_record
+from birdstrike.inversion.diagnosis.preparation.shots import Record, read_record
 from birdstrike.inversion.observations.baseline import baseline_of
 from birdstrike.inversion.observations.noise import Noise
 from birdstrike.inversion.observations.observations import observed

@@ -10,10 +10,10 @@ from scipy.stats import binom, multivariate_normal
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.estimation.answers.estimates import intervals
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.estimates import intervals
 from birdstrike.inversion.estimation.time_origin import time_origin
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.surrogate.emulator import Emulator

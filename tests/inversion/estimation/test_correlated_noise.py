@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.progress import silent
-from birdstrike.inversion.estimation.estimates import intervals
+from birdstrike.inversion.estimation.answers.estimates import intervals
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.whitening import Whitening, residual_correlation
 from birdstrike.inversion.observations.autocorrelation import neighbour_correlation

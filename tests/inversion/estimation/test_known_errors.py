@@ -13,7 +13,7 @@ import pytest
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
-from birdstrike.inversion.diagnosis.discrepancy import started
+from birdstrike.inversion.diagnosis.preparation.discrepancy import started
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
     NuisanceRuns,

@@ -9,10 +9,10 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.estimation.answers.estimates import intervals
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.estimates import intervals
 from birdstrike.inversion.estimation.likelihood import Likelihood
 from birdstrike.inversion.estimation.posterior import CONVERGED_RHAT, Posterior, Sampling, _agreement, sample
 from birdstrike.inversion.identifiability.summary import posterior_figures

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
-from birdstrike.inversion.estimation.estimates import intervals
+from birdstrike.inversion.estimation.answers.estimates import intervals
 from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.time_origin import clock_drift, time_origin
 from birdstrike.inversion.estimation.whitening import Whitening, autocorrelation_time, residual_correlation

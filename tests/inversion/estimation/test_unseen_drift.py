@@ -12,7 +12,7 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.inversion.estimation import unseen_drift
-from birdstrike.inversion.estimation.estimates import intervals
+from birdstrike.inversion.estimation.answers.estimates import intervals
 from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.unseen_drift import by_chance, drift_columns, with_drift
 from birdstrike.inversion.invert import invert

@@ -12,7 +12,7 @@ import pytest
 
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence, judge_meshes, run_meshes
 from birdstrike.inversion.mesh_convergence.files import as_json, curves_of, warnings_of
 from birdstrike.inversion.mesh_convergence.grid_convergence import grid_convergence

@@ -21,7 +21,7 @@ from birdstrike.cli.app import app
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
-from birdstrike.data.out_folder import MARK
+from birdstrike.data.storage.out_folder import MARK
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.registry import make_design

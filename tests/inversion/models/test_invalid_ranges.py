@@ -10,7 +10,7 @@ import pytest
 
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.histories import Array
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.campaigns import ModelRuns
 from birdstrike.inversion.models.candidates import calibrated_case, candidate

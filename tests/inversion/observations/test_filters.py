@@ -16,7 +16,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.histories import Array
 from birdstrike.data.progress import silent
-from birdstrike.inversion.estimation.estimates import intervals
+from birdstrike.inversion.estimation.answers.estimates import intervals
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.observations.filtered_records import (
     FilteredRecord,

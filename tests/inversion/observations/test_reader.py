@@ -11,7 +11,7 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
-from birdstrike.inversion.diagnosis.shots import read_record as read_for_diagnosis
+from birdstrike.inversion.diagnosis.preparation.shots import read_record as read_for_diagnosis
 from birdstrike.inversion.observations.noise import BeforeContact
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.inversion.observations.reader import CLIPPED, OUTLIER, OUTSIDE, Expected, read_record

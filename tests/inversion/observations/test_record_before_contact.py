@@ -10,8 +10,8 @@ from scipy.signal import butter, lfilter, sosfilt
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.shots import averaged
-from birdstrike.inversion.diagnosis.shots import read_record as read_for_diagnosis
+from birdstrike.inversion.diagnosis.preparation.shots import averaged
+from birdstrike.inversion.diagnosis.preparation.shots import read_record as read_for_diagnosis
 from birdstrike.inversion.observations.autocorrelation import Autocorrelation
 from birdstrike.inversion.observations.baseline import Baseline, hum_of
 from birdstrike.inversion.observations.noise import BeforeContact, Noise, with_digitiser

@@ -15,8 +15,8 @@ from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import plain
 from birdstrike.data.histories import Histories
+from birdstrike.data.storage.files import plain
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.prediction.answer import Prediction
 from birdstrike.inversion.prediction.from_inversion import CALIBRATED, read_inversion

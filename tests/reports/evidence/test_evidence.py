@@ -19,8 +19,8 @@ import birdstrike.inversion.forward
 from birdstrike import evidence
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
-from birdstrike.data.files import file_digest
-from birdstrike.data.out_folder import MARK
+from birdstrike.data.storage.files import file_digest
+from birdstrike.data.storage.out_folder import MARK
 from birdstrike.doe.solvers import solver_for
 from birdstrike.reports.evidence.archive import _other_solver
 from birdstrike.reports.evidence.sources import of_diagnosis

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import birdstrike.reports.comparison.models as models
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.reports.page.page import report
 from birdstrike.reports.results.measurement import program_in
 from birdstrike.reports.results.parts import find_parts

@@ -14,7 +14,7 @@ import pytest
 
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError
-from birdstrike.data.store import read_run
+from birdstrike.data.storage.store import read_run
 from birdstrike.inversion.misfit import rmse
 from birdstrike.reports.page.page import report
 from tests.reports.html import Page

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.store import RunStore
+from birdstrike.data.storage.store import RunStore
 from birdstrike.inversion.results.diagnosis_files import COLUMNS, read_curves
 from birdstrike.reports.explore.explore import explore
 from birdstrike.reports.results.reading import read_results

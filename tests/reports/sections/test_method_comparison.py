@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from birdstrike.data.files import write_json
+from birdstrike.data.storage.files import write_json
 from birdstrike.inversion.identifiability.coverage import Coverage
 from birdstrike.inversion.method_comparison import ABOVE, ALLOWED, MethodScore
 from birdstrike.reports.blocks import Table

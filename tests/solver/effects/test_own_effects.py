@@ -10,7 +10,7 @@ import pytest
 
 from birdstrike.data.errors import CaseError, UnitError, UserError
 from birdstrike.effects import Effect, register, unregister
-from birdstrike.inversion.diagnosis.plan import library
+from birdstrike.inversion.diagnosis.preparation.plan import library
 from birdstrike.solver.case.case import Case, case_hash, load_case
 
 CASE = load_case("virtual_strike")
