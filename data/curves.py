@@ -38,7 +38,8 @@ class ReadBefore:
     correlation_time: of the noise in its sigma column [s], 0 where white; source: where that noise comes from; known:
     False where it is a tolerance that nobody measured; zeroed: whether the reading at rest has been looked for; drifts:
     whether it has a drift, which was subtracted; early: (e,) instants [s] of sound readings before those that are left;
-    freedom: degrees of freedom behind the level of the noise.
+    freedom: degrees of freedom behind the level of the noise; points: at rest, by which it is known to be correlated, 0
+    where it is white.
     """
 
     correlation_time: float
@@ -48,6 +49,7 @@ class ReadBefore:
     drifts: bool = False
     early: Array = field(default_factory=lambda: np.zeros(0))
     freedom: float = np.inf
+    points: int = 0
 
 
 @dataclass(frozen=True)

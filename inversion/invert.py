@@ -114,9 +114,8 @@ def invert(
     tested = verified if "emulator" in verified else {**verified, **_run_at_the_fit(located, forward)}
     predictive = emulator_or_model(located.prior_predictive, _solver_error(located, tested), _q2(located.emulator))
     if predictive.coarse and of_another_size(dataset, located.observations, choice.time_offset):
-        predictive = replace(
-            predictive, inside=False, coarse=""
-        )  # the record is at fault, whatever the emulator's error
+        # The record is at fault, whatever the emulator's error.
+        predictive = replace(predictive, inside=False, coarse="")
     if predictive != located.prior_predictive:
         proposals = {m: not_identified(one, dataset, bool(predictive.coarse)) for m, one in proposals.items()}
         posterior = None

@@ -97,15 +97,16 @@ def factor_of(covariance: Array, least: float) -> Array:
 
 
 def factor_between(covariance: Callable[[Array, Array], Array], times: Array, least: float) -> Array:
-    """`factor_of` a process with a covariance (n, m) of `times` (n,) and others (m,), found at `INSTANTS` of them.
+    """`factor_of` a process with a covariance (n, m) of `times` (n,) and others (m,), found at `INSTANTS` of them,
+    equally far apart in time, whatever the rate at which the record was taken.
 
     F = C(t, s) V L^(-1/2) with the eigenvalues L and vectors V of C(s, s) (Nystroem: Rasmussen and Williams, Gaussian
     Processes for Machine Learning, MIT 2006, sect. 8.1), where the process is smooth between the instants s.
     """
-    places = np.unique(np.linspace(0, len(times) - 1, INSTANTS).round().astype(int))
+    if len(times) <= INSTANTS:
+        return factor_of(covariance(times, times), least)
+    places = np.unique(np.searchsorted(times, np.linspace(times[0], times[-1], INSTANTS)))
     factor = factor_of(covariance(times[places], times[places]), least)
-    if len(places) == len(times):
-        return factor
     return covariance(times, times[places]) @ factor / (factor**2).sum(axis=0)
 
 

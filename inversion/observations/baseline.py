@@ -93,10 +93,10 @@ class Baseline:
         interval = f"{quantity(low, unit, 4)} .. {quantity(high, unit, 4)}"
         reads = f"{quantity((low + high) / 2.0, unit)} (95 %: {interval})"
         kind = "" if self.kind == SHIFTED else f" and has a {self.kind.removeprefix('offset and ')}"
+        remedy = "" if kind else "; birdstrike import --zero takes it out of the record"
         return (
             f"{plain(name)} reads {reads}{kind} before contact, over {self.points} points: its zero is taken "
-            "from there and the uncertainty of this is carried by the fit; birdstrike import --zero takes it out of "
-            "the record"
+            f"from there and the uncertainty of this is carried by the fit{remedy}"
         )
 
     def _terms(self, times: Array) -> Array:
@@ -186,10 +186,9 @@ def baseline_of(
         inverse = np.linalg.inv(rows.T @ rows)
         found = inverse @ rows.T @ values
         size = np.abs(found) / np.sqrt(worth * np.diag(inverse))
-        bend, clear = _bend(times, values, worth) if count == 2 else (0.0, 0.0)
-        if max(size[count // 2 :].max(), clear) > limit:
+        bend = _Bend.of(times, values, worth) if count == 2 else None
+        if max(size[count // 2 :].max(), bend.clear if bend else 0.0) > limit:
             kind = {1: SHIFTED, 2: DRIFTED, 4: f"offset and hum of {hum:g} Hz"}[count]
-            bend = float(np.hypot(found[1] * BEND, bend)) if count == 2 else 0.0
             frequency = hum if count == 4 else 0.0
             covariance = worth * inverse
             covariance[0, 0] += rounding**2
@@ -199,17 +198,40 @@ def baseline_of(
                 frequency=frequency,
                 coefficients=found,
                 covariance=covariance,
-                bend=bend,
+                bend=bend.possible(abs(float(found[1])) * BEND) if bend else 0.0,
                 points=len(times),
             )
     return None
 
 
-def _bend(times: Array, values: Array, worth: float) -> tuple[float, float]:
-    """Coefficient of (t - middle)^2 before contact where it is seen, else 0; its size in standard deviations."""
-    apart = times - times.mean()
-    rows = np.stack([np.ones(len(times)), apart, apart**2], axis=1) / np.array([1.0, np.ptp(times), np.ptp(times) ** 2])
-    inverse = np.linalg.inv(rows.T @ rows)
-    coefficient = float((inverse @ rows.T @ values)[2])
-    clear = abs(coefficient) / float(np.sqrt(worth * inverse[2, 2]))
-    return (coefficient / float(np.ptp(times)) ** 2 if clear > SEEN else 0.0), clear
+@dataclass(frozen=True)
+class _Bend:
+    """Coefficient of (t - middle)^2 before contact, SI, and its standard deviation; length [s]: of that record."""
+
+    coefficient: float
+    deviation: float
+    length: float
+
+    @classmethod
+    def of(cls, times: Array, values: Array, worth: float) -> _Bend:
+        """By least squares, with offset and drift."""
+        apart, length = times - times.mean(), float(np.ptp(times))
+        rows = np.stack([np.ones(len(times)), apart, apart**2], axis=1) / np.array([1.0, length, length**2])
+        inverse = np.linalg.inv(rows.T @ rows)
+        coefficient = float((inverse @ rows.T @ values)[2])
+        return cls(coefficient / length**2, float(np.sqrt(worth * inverse[2, 2])) / length**2, length)
+
+    @property
+    def clear(self) -> float:
+        """Its size in standard deviations."""
+        return abs(self.coefficient) / self.deviation
+
+    def possible(self, of_hum: float) -> float:
+        """Standard deviation of the bend; of_hum: that of a drift that is the beginning of a hum.
+
+        Where a hum would have been found the record says how far a drift may bend. A shorter one does not: at some
+        phases a hum bends behind it alone.
+        """
+        whole = self.length * min(MAINS) >= WHOLE_PERIODS
+        size = of_hum * self.deviation / float(np.hypot(of_hum, self.deviation)) if whole else of_hum
+        return float(np.hypot(size, self.coefficient)) if self.clear > SEEN else size

@@ -246,14 +246,16 @@ def _passed(measured: Measured, channel: ChannelRecord, passed: ModelFilter, sta
 def _read_before(channel: ChannelRecord, start: float) -> ReadBefore:
     """What the channel showed before the filter; start: of the simulated record [s]."""
     noise = channel.noise
+    correlation_time = 0.0 if noise.source == DIGITISER else noise.correlation_time
     return ReadBefore(
-        correlation_time=0.0 if noise.source == DIGITISER else noise.correlation_time,
+        correlation_time=correlation_time,
         source=noise.source,
         known=noise.known,
         zeroed=True,
         drifts=channel.drift_subtracted,
         early=channel.times[channel.times < start],
         freedom=noise.freedom,
+        points=noise.before[1] if correlation_time and noise.before is not None else 0,
     )
 
 

@@ -138,7 +138,7 @@ class BeforeContact:
         if _runs_off(rows, times, residual, float(found[1]), length, peak) or _moves(times, residual, peak):
             bent = 0.0 if hum else _bent_by_mains(times, values, peak)
             if not bent:
-                return cls._moving(times, values)
+                return cls._moving(times, values, peak)
             rows = terms(times, WITH_HUM, bent, float(times.mean()))
             residual = values - rows @ np.linalg.lstsq(rows, values, rcond=None)[0]
         noisy = float(np.std(residual)) > ROUNDING * peak
@@ -162,7 +162,7 @@ class BeforeContact:
         )
 
     @classmethod
-    def _moving(cls, times: Array, values: Array) -> BeforeContact:
+    def _moving(cls, times: Array, values: Array, peak: float) -> BeforeContact:
         """Of a record that is not at rest: noise from its first half, if that is correlated.
 
         White noise shows between neighbouring points of the response, of which no motion is a part.
@@ -171,15 +171,17 @@ class BeforeContact:
         variance, correlation = (
             _about_cubic(times[half], values[half]) if len(half) >= FEWEST_FOR_TEST else (0.0, WHITE)
         )
+        level = float(np.sqrt(variance))
+        noisy = bool(correlation.r) and level > ROUNDING * peak
         return cls(
             times=times[half],
             residual=values[half],
             offset=0.0,
-            level=float(np.sqrt(variance)) if correlation.r else None,
+            level=level if noisy else None,
             values=values[half],
             moves_until=float(times[-1]),
             fitted=CUBIC,
-            correlation=correlation,
+            correlation=correlation if noisy else WHITE,
         )
 
     @property
@@ -210,8 +212,10 @@ class BeforeContact:
 
     @property
     def constant(self) -> bool:
-        """Whether every reading is the same and not 0, as those of a coarse digitiser are."""
-        return len(self.values) >= FEWEST_FOR_TEST and not np.ptp(self.values) and bool(self.values[0])
+        """Whether every reading at rest is the same and not 0, as those of a coarse digitiser are."""
+        if self.moves or len(self.values) < FEWEST_FOR_TEST:
+            return False
+        return not np.ptp(self.values) and bool(self.values[0])
 
     @property
     def beyond_noise(self) -> bool:

@@ -57,17 +57,22 @@ class Channel:
         """Degrees of freedom behind the noise's variance times its `tau`; inf where it is stated and white."""
         if self.record is None:
             return np.inf
-        noise = self.record.noise
+        noise, passed = self.record.noise, self.record.read_before
         if not self.correlation_time:
             return noise.freedom
-        points = len(self.record.early) if noise.before is None else noise.before[1]
-        return min(noise.freedom, density_freedom(max(points, 1), self.tau))
+        points = self._points_at_rest if passed is None else passed.points
+        return min(noise.freedom, density_freedom(points, self.tau))
 
     @property
     def hidden_tau(self) -> float:
         """The largest `tau` that the record before contact may not have shown; 1 where there is none."""
+        return hidden_tau(self._points_at_rest) if self._points_at_rest else 1.0
+
+    @property
+    def _points_at_rest(self) -> int:
+        """Readings before contact that show the noise, 0 where they are too few."""
         before = None if self.record is None else self.record.noise.before
-        return 1.0 if before is None else hidden_tau(before[1])
+        return 0 if before is None else before[1]
 
     @property
     def peak(self) -> float:

@@ -357,7 +357,7 @@ def _channel(measured: Measured, expected: Expected, name: str, how: _Reading) -
         cuts=tuple(Cut(reason, instants) for reason, instants in cuts.items() if len(instants)),
         remarks=(
             *noise_remarks,
-            *_zero(name, unit, before, subtracted),
+            *_zero(name, unit, before, subtracted, how.zero),
             *_moving(name, before),
             *_jumping(name, unit, times, values),
         ),
@@ -521,11 +521,12 @@ def _worthwhile(baseline: Baseline | None, times: Array, noise: Noise) -> Baseli
     return baseline
 
 
-def _zero(name: str, unit: str, before: BeforeContact, baseline: Baseline | None) -> tuple[str, ...]:
-    """A sensor that does not read zero before contact; baseline: where it has been subtracted."""
+def _zero(name: str, unit: str, before: BeforeContact, baseline: Baseline | None, zero: bool) -> tuple[str, ...]:
+    """A sensor that does not read zero before contact; baseline: where it has been subtracted, as `zero` asks for."""
     if baseline is not None:
         return (baseline.sentence(name, unit),)
-    if not before.beyond_noise:
+    nothing_left = zero and before.baseline is not None  # in the response: of a drift that is kept, say
+    if not before.beyond_noise or before.bent or nothing_left:
         return ()
     how = "at every point before contact" if before.constant else "before contact, beyond its noise"
     text = (

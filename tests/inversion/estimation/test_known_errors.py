@@ -157,6 +157,14 @@ def test_the_columns_of_a_dense_record_have_the_covariance_of_all_its_instants(d
     assert np.abs(found @ found.T - exact).max() < 1e-3 * exact.max()
 
 
+def test_the_columns_hold_where_a_record_is_sparse_beside_a_burst() -> None:
+    """Instants chosen by number left two of 50 to 18 ms behind 20 000 in 2 ms: 12 % of the variance between them."""
+    times = np.concatenate([np.linspace(0.0, 2e-3, 20000, endpoint=False), np.linspace(2e-3, 20e-3, 50)])
+    length = 5e-3
+    found = factor_between(lambda t, s: np.exp(-0.5 * ((t[:, None] - s) / length) ** 2), times, 1e-3)
+    assert (found**2).sum(axis=1) == pytest.approx(np.ones(len(times)), abs=0.01)
+
+
 def test_the_columns_of_a_record_of_4000_instants_need_no_matrix_of_that_size(dataset: Dataset) -> None:
     """128 MB, and 30 s."""
     observations = observe(record(truth(0.5), np.linspace(0.0, 2.9e-3, 4000)), dataset, {CHANNEL: 1e-5})

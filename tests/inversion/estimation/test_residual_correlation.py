@@ -149,6 +149,29 @@ def test_white_noise_behind_a_filter_is_no_misfit_and_a_slow_error_beside_it_is(
     assert least <= np.mean(passed) <= most
 
 
+def test_noise_behind_a_filter_is_as_well_known_where_the_rest_is_a_part_of_the_simulated_record(
+    dataset: Dataset,
+) -> None:
+    """Without a reading before the simulation its factor by chance was 8e17: no misfit was one."""
+    clock, limits = 2e-6 * np.arange(0, 1500), []
+    for slow in (0.0, 3.0):
+        white = np.random.default_rng(1).normal(size=len(clock) + 100)
+        reading = NOISE * np.asarray(lfilter([0.6], [1.0, -0.8], white))[100:]
+        reading = reading + slow * NOISE * np.sin(2.0 * np.pi * clock / 1.5e-3) * (clock > START)
+        values = np.where(clock < START, 0.0, pulse(truth(0.5), clock)) + reading
+        shot, noise = Measured(clock, {CHANNEL: values}, {}, {CHANNEL: "m"}), {CHANNEL: NOISE}
+        observations = observe(filtered_record(shot, "CFC1000", dataset, noise).measured, dataset, noise)
+        (channel,) = observations.channels
+        assert channel.correlation_time > 0.0
+        assert channel.record is not None
+        assert not len(channel.record.early)
+        passed = np.interp(channel.times, clock, zero_phase(reading, 2e-6, "CFC1000"))
+        found = residual_correlation(observations, fitted_noise(observations, passed))
+        limits.append(found.by_chance[CHANNEL])
+        assert bool(found.warnings) == bool(slow)
+    assert max(limits) < 8.0
+
+
 def test_a_correlation_known_from_a_short_rest_makes_no_misfit_of_noise(dataset: Dataset) -> None:
     """60 points before contact: 70 % of 95 records were said to be no noise, of a correlation estimated too short."""
     clock, said = START + 6e-6 * np.arange(-60, 400), []

@@ -261,3 +261,45 @@ def test_a_hum_is_found_beside_correlated_noise() -> None:
         record = BeforeContact.of(times, 5e-4 * np.sin(2.0 * np.pi * 50.0 * times + seed) + noise, 3e-2, 4e-3)
         found.append(record.hum == 50.0 and record.baseline is not None and record.baseline.frequency == 50.0)
     assert np.mean(found) > 0.9
+
+
+@pytest.mark.parametrize("before", [20e-3, 50e-3])
+def test_a_long_rest_says_how_little_a_drift_bends(before: float) -> None:
+    """A drift of 0.05 mm/ms left a zero uncertain by 1.5 mm after 20 ms of rest, by 7 mm after 50 ms."""
+    clock = instants(before, 5e4)
+    drift = 0.05 * clock + 1e-4 + SIGMA / 2.0 * np.random.default_rng(0).normal(size=len(clock))
+    baseline = zero_of(read(shot(clock, drift)))
+    assert baseline.drifts
+    spread = np.sqrt((baseline.columns(np.array([0.0, END])) ** 2).sum(axis=1))
+    assert spread.max() < 3e-6
+    apart = baseline.at(np.array([0.0, END])) - 1e-4 - 0.05 * np.array([0.0, END])
+    assert np.abs(apart / spread).max() < 3.0
+
+
+def test_a_moving_record_whose_beginning_stands_on_one_step_gives_neither_zero_nor_noise() -> None:
+    """Its first half was taken for a zero that was said not to be taken, and the rounding of a cubic for noise."""
+    times = np.linspace(-2e-3, 0.0, 100)
+    values = 1e-5 + 1e-3 * np.maximum((times + 0.9e-3) / 0.9e-3, 0.0) ** 2
+    before = BeforeContact.of(times, values, peak=5e-3, length=END)
+    assert before.moves
+    assert before.level is None
+    assert before.baseline is None
+    assert not before.beyond_noise
+
+
+def test_a_drift_that_a_diagnosis_keeps_is_no_zero_to_be_subtracted() -> None:
+    """Of a drift through the record's zero its mean was said to be part of the response, and import --zero to help."""
+    clock = instants(20e-3, 5e4)
+    drift = 0.05 * clock + 1e-6 * np.random.default_rng(0).normal(size=len(clock))
+    record = read_for_diagnosis(shot(clock, drift), EXPECTED)
+    assert record.traces[0].rest is None
+    assert not any("before contact" in text for text in record.warnings)
+
+
+def test_import_zero_is_no_remedy_of_a_drift() -> None:
+    """It subtracts a mean alone."""
+    clock = instants(20e-3, 5e4)
+    noise = SIGMA * np.random.default_rng(0).normal(size=len(clock))
+    for added, remedied in ((3e-4, True), (3e-4 + 0.05 * clock, False)):
+        (said,) = (text for text in read(shot(clock, added + noise)).remarks if "its zero is taken" in text)
+        assert ("import --zero" in said) == remedied
