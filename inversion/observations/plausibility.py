@@ -169,11 +169,13 @@ def _other_unit(beside: _Beside) -> str:
     low, high = float(beside.seen.min()), float(beside.seen.max())
     if low / FAR <= channel.peak <= FAR * high or (alike <= ALIKE and channel.peak < low):
         return ""
+    middle = float(np.median(beside.seen))
+    apart = _slip(channel.peak / middle) if middle > 0.0 else "and most of them not at all"
     what = " has the shape of the runs and another size" if alike > ALIKE else " has a size that no run comes near"
     return (
         f"{plain(channel.name)}{what}: it peaks at {quantity(channel.peak, channel.unit)} where they do at "
-        f"{_range(beside.seen, channel.unit)}, {_slip(channel.peak / float(np.median(beside.seen)))}; import it again "
-        "with the right --unit, or a --scale; if the record is right, correct the case: its plate, bird or speed"
+        f"{_range(beside.seen, channel.unit)}, {apart}; import it again with the right --unit, or a --scale; if the "
+        "record is right, correct the case: its plate, bird or speed"
     )
 
 

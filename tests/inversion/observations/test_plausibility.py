@@ -170,3 +170,12 @@ def test_a_clock_in_another_unit_that_leaves_hardly_a_point_is_refused(
 def test_a_clock_in_another_unit_that_leaves_only_rest_is_refused(dataset: Dataset, factor: float) -> None:
     with pytest.raises(MeasuredError, match=r"shows no impact: until 0.29 ms .*another unit.*--time-unit"):
         said(replace(shot(), time=factor * CLOCK), dataset)
+
+
+@pytest.mark.parametrize("moving", [0, 15])
+def test_a_record_beside_runs_that_mostly_stay_at_rest_is_told_and_no_error(dataset: Dataset, moving: int) -> None:
+    """Their middle is 0, by which the record's peak was divided."""
+    some = np.where(np.arange(len(dataset.runs)) < moving, 1.0, 0.0)[:, None]
+    resting = replace(dataset, curves={name: some * y for name, y in dataset.curves.items()})
+    (text,) = said(shot(50.0), resting)
+    assert "and most of them not at all" in text
