@@ -33,7 +33,8 @@ class Dataset(Displayed):
     bird's material declares): kept, not fitted;
     decades: SI range and unit of a parameter that stands as its fraction of a logarithmic range, for readers;
     scales: "linear" or "logarithmic" of each parameter's range, all linear where left out;
-    case_hash: hash of the resolved base case, so that a measurement is not inverted with another case's runs.
+    case_hash: hash of the resolved base case, so that a measurement is not inverted with another case's runs;
+    drifts: sensor -> drift of its instrument by the case, SI a second, which the curves hold.
     """
 
     names: tuple[str, ...]
@@ -50,6 +51,7 @@ class Dataset(Displayed):
     smooth_loss: float = SMOOTH_LOSS
     decades: Mapping[str, tuple[float, float, str]] = field(default_factory=dict)
     scales: tuple[str, ...] = ()
+    drifts: Mapping[str, float] = field(default_factory=dict)
 
     def shown(self, i: int, value: float) -> tuple[float, str]:
         """A value of parameter i as a reader knows it: SI, and its unit."""

@@ -58,6 +58,7 @@ from birdstrike.inversion.invert import TRAINING_FILE, InversionOutcome, invert
 from birdstrike.inversion.observations.filtered_records import FilteredRecord, filtered_by_laboratory, filtered_record
 from birdstrike.inversion.observations.filters import FilteredForward, ModelFilter, refuse_class
 from birdstrike.inversion.observations.observations import Observations, observe
+from birdstrike.inversion.observations.reader import declared_drifts
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.case.case import Case, as_case, case_hash
 from birdstrike.solver.case.nuisances import Nuisance, case_nuisances
@@ -444,6 +445,7 @@ class _Call:
     def shot(self, read: Measured, case: One | Case | None, progress: Progress) -> Shot:
         """A record with the campaign of its case."""
         dataset, base, campaign = _campaign(self.folders, case)
+        dataset = replace(dataset, drifts=declared_drifts(base))
         options = self.options.of_case(base)
         filtered = self._filtered(read, dataset, options)
         passed = None if filtered is None else filtered.filter

@@ -225,6 +225,7 @@ def _dataset(shots: Sequence[Shot]) -> Dataset:
     time = first.time[first.time <= end * (1.0 + 1e-9)]
     curves: dict[str, Array] = {}
     units: dict[str, str] = {}
+    drifts: dict[str, float] = {}
     smooth = np.ones(int(common.sum()), dtype=bool)
     for i, (shot, row) in enumerate(zip(shots, rows, strict=True)):
         chosen = row[common]
@@ -232,6 +233,7 @@ def _dataset(shots: Sequence[Shot]) -> Dataset:
         for name, values in shot.dataset.curves.items():
             curves[name + suffix(i)] = np.stack([np.interp(time, shot.dataset.time, values[j]) for j in chosen])
             units[name + suffix(i)] = shot.dataset.channel_units[name]
+        drifts |= {name + suffix(i): drift for name, drift in shot.dataset.drifts.items()}
     return replace(
         first,
         runs=first.runs[common],
@@ -240,6 +242,7 @@ def _dataset(shots: Sequence[Shot]) -> Dataset:
         curves=curves,
         channel_units=units,
         smooth=smooth,
+        drifts=drifts,
     )
 
 

@@ -48,6 +48,7 @@ from birdstrike.inversion.models.points import near_answer
 from birdstrike.inversion.models.scaled import NearestFinished, Scale, ScaledForward
 from birdstrike.inversion.models.simulations import LatePool, PlacedSolver, simulate_all
 from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.observations.reader import declared_drifts
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.nuisances import case_nuisances
 from birdstrike.solver.case.sections import quantity_at
@@ -170,6 +171,7 @@ class ModelRuns:
         return planned_design(o.design, self.scale.space, o.runs, o.seed, self.folder / setup.name)
 
     def _shot(self, setup: ShotSetup, case: Case, dataset: Dataset, place: Path, said: list[str]) -> Shot:
+        dataset = replace(dataset, drifts=declared_drifts(case))
         stored = PlacedSolver(case, self.store, (RunStore(place / "runs"),), retry=self.retry)
         solver = ScaledForward(stored, self.scale)
         nuisances = NuisanceRuns(solver, case_nuisances(case))

@@ -72,6 +72,11 @@ def stated_noise(case: Case) -> dict[str, float]:
     return {name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise}
 
 
+def declared_drifts(case: Case) -> dict[str, float]:
+    """Sensor -> drift of its instrument that the case states, SI a second."""
+    return {name: own.drift for name, own in case.instrument.items() if own.drift}
+
+
 @dataclass(frozen=True)
 class Expected:
     """What is known of a record before it is read.
@@ -80,7 +85,8 @@ class Expected:
     when the plate is surely at rest [s]; noise: sensor -> standard deviation that the case states, SI; of: what has the
     sensors, in messages; spared: what the simulation covers beyond `end` [s]; runs: where simulations are at hand,
     their clock (m,) [s] and sensor -> curves (runs, m), SI: what scatters between neighbouring instants in them is no
-    noise of the record; modelled: whether the record is to be compared with a model, which rings as the sensor does.
+    noise of the record; modelled: whether the record is to be compared with a model, which rings as the sensor does;
+    drifts: sensor -> drift from the record's zero that the model has as well, SI a second.
     """
 
     units: Mapping[str, str]
@@ -92,6 +98,7 @@ class Expected:
     spared: float = 0.0
     runs: tuple[Array, Mapping[str, Array]] | None = None
     modelled: bool = True
+    drifts: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of_case(cls, case: Case, end: float, spare: float = 0.0) -> Expected:
@@ -108,6 +115,7 @@ class Expected:
             rest_until=case.first_contact - uncertain,
             noise=stated_noise(case),
             of=f"case {case.name}",
+            drifts=declared_drifts(case),
         )
 
     @classmethod
@@ -130,6 +138,7 @@ class Expected:
             of="the campaign's case",
             spared=spared,
             runs=(dataset.time, dataset.curves),
+            drifts=dataset.drifts,
         )
 
     def own_scatter(self, name: str, times: Array) -> float:
@@ -335,7 +344,7 @@ def _channel(measured: Measured, expected: Expected, name: str, how: _Reading) -
     _refuse_rest(measured, expected, name, points)
     known = measured.read_before.get(name)
     tested = known is not None and known.zeroed  # before the filter, behind which a plateau that rang is a flat top
-    before = _before_contact(points, -np.inf if tested else expected.rest_until)
+    before = _before_contact(points, -np.inf if tested else expected.rest_until, expected.drifts.get(name, 0.0))
     noise, noise_remarks = (
         _noise(measured, expected, name, points, before, how.test_stated)
         if known is None
@@ -452,13 +461,16 @@ def _clock(measured: Measured, name: str) -> str:
     )
 
 
-def _before_contact(points: _Points, rest_until: float) -> BeforeContact:
-    """The record while the plate is surely at rest [s], before the simulated record included."""
+def _before_contact(points: _Points, rest_until: float, drift: float) -> BeforeContact:
+    """The record while the plate is surely at rest [s], before the simulated record included.
+
+    Less a drift that the model has as well [SI/s]: to subtract it from the record alone would take it off twice.
+    """
     early = points.times < rest_until
     times, values = points.used
     return BeforeContact.of(
         times=points.times[early],
-        values=points.values[early],
+        values=points.values[early] - drift * points.times[early],
         peak=float(np.abs(values).max()),
         length=float(np.ptp(times)),
         step=digitiser_step(values),

@@ -9,6 +9,7 @@ import pytest
 from scipy.signal import butter, lfilter, sosfilt
 
 from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.preparation.shots import averaged
 from birdstrike.inversion.diagnosis.preparation.shots import read_record as read_for_diagnosis
@@ -16,6 +17,7 @@ from birdstrike.inversion.observations.autocorrelation import Autocorrelation
 from birdstrike.inversion.observations.baseline import Baseline, hum_of
 from birdstrike.inversion.observations.noise import BeforeContact, Noise, with_digitiser
 from birdstrike.inversion.observations.reader import ChannelRecord, Expected, read_record
+from birdstrike.solver.case.case import load_case
 from tests.inversion.stand_in import CHANNEL, START, pulse, truth
 
 SIGMA = 2e-5
@@ -303,3 +305,24 @@ def test_import_zero_is_no_remedy_of_a_drift() -> None:
     for added, remedied in ((3e-4, True), (3e-4 + 0.05 * clock, False)):
         (said,) = (text for text in read(shot(clock, added + noise)).remarks if "its zero is taken" in text)
         assert ("import --zero" in said) == remedied
+
+
+def test_a_drift_that_the_case_declares_is_not_taken_off_the_record_alone() -> None:
+    """The runs have it as well: the fit then missed the record by that drift. What is beyond it is subtracted."""
+    clock = instants(20e-3, 2e5)
+    noise = SIGMA * np.random.default_rng(0).normal(size=len(clock))
+    declared = replace(EXPECTED, drifts={CHANNEL: 0.2})
+    alone = read(shot(clock, 0.2 * clock + noise), declared)
+    assert not alone.zeroed
+    assert not alone.remarks
+    found = read(shot(clock, 0.25 * clock + 3e-4 + noise), declared)
+    assert found.values - pulse(truth(0.5), found.times) == pytest.approx(0.2 * found.times, abs=6.0 * SIGMA)
+
+
+def test_the_drifts_of_a_case_are_those_of_its_instruments_and_effects(dataset: Dataset) -> None:
+    case = load_case("demo")
+    sensor = next(iter(case.sensors))
+    drifting = case.overlaid({"instrument": {sensor: {"drift": "0.1 m/s"}}})
+    assert Expected.of_case(drifting, 3e-3).drifts == pytest.approx({sensor: 0.1})
+    assert set(Expected.of_case(case.with_effects({"sensor_drift": 0.1}), 3e-3).drifts.values()) == {0.1}
+    assert Expected.of_campaign(replace(dataset, drifts={CHANNEL: 0.2}), {}).drifts == {CHANNEL: 0.2}
