@@ -35,7 +35,8 @@ class Baseline:
     """offset + drift (t - middle) + hum, SI; middle [s]: of the record before contact.
 
     kind: in words; frequency: of the hum [Hz], 0 without; coefficients: (k,) SI; covariance: (k, k); bend: standard
-    deviation of the coefficient of (t - middle)^2, which few points leave undetermined; points: before contact.
+    deviation of the coefficient of (t - middle)^2, which few points leave undetermined; points: before contact;
+    drift_kept: whether the sensor drifts besides, which is left in the record.
     """
 
     kind: str
@@ -45,6 +46,7 @@ class Baseline:
     covariance: Array
     bend: float
     points: int
+    drift_kept: bool = False
 
     @property
     def drifts(self) -> bool:
@@ -85,6 +87,7 @@ class Baseline:
             coefficients=(keep @ self.coefficients)[:kept],
             covariance=covariance[:kept, :kept],
             bend=0.0,
+            drift_kept=self.kind == DRIFTED,
         )
 
     def sentence(self, name: str, unit: str) -> str:
@@ -93,7 +96,8 @@ class Baseline:
         interval = f"{quantity(low, unit, 4)} .. {quantity(high, unit, 4)}"
         reads = f"{quantity((low + high) / 2.0, unit)} (95 %: {interval})"
         kind = "" if self.kind == SHIFTED else f" and has a {self.kind.removeprefix('offset and ')}"
-        remedy = "" if kind else "; birdstrike import --zero takes it out of the record"
+        remedy = "" if kind or self.drift_kept else "; birdstrike import --zero takes it out of the record"
+        remedy += "; its drift is kept, as a diagnosis looks for drifts" if self.drift_kept else ""
         return (
             f"{plain(name)} reads {reads}{kind} before contact, over {self.points} points: its zero is taken "
             f"from there and the uncertainty of this is carried by the fit{remedy}"

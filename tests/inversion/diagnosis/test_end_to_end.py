@@ -349,7 +349,7 @@ def test_misfits_before_and_after_are_over_the_same_errors(laboratory: Laborator
 
 @pytest.mark.parametrize(
     ("name", "value", "said"),
-    [("EXPLAINED", 1e-3, "times all errors together"), ("reaches_limit", lambda *_: True, "so that it is not attributed")],
+    [("EXPLAINED", 1e-3, "times all errors together"), ("reaches_limit", lambda *_: True, "that it is not attributed")],
 )
 def test_an_effect_that_leaves_the_residual_or_ends_at_a_limit_is_not_attributed(
     laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch, name: str, value: object, said: str

@@ -96,6 +96,9 @@ def test_a_baseline_without_its_drift_is_that_of_the_record_s_zero(hum: float) -
     slope = whole.coefficients[1]
     assert kept.at(later) == pytest.approx(whole.at(later) - slope * later)
     assert (kept.columns(later[:1]) ** 2).sum() == pytest.approx((whole.columns(later[:1]) ** 2).sum())
+    said = kept.sentence("displacement_centre", "m")
+    assert ("drift is kept" in said) is (hum == 0.0)
+    assert "import --zero" not in said
 
 
 def test_correlated_noise_is_found_with_its_covariance() -> None:
