@@ -69,7 +69,7 @@ class ShellBlock:
         axes = self.frame.reshape(-1, 3, 3)[:, :2]
         jacobian = np.stack([np.einsum("eac,ec->ea", axes, one) for one in (first, second)], axis=2)
         area = self.shape[:, 4] / self.square_share
-        metric = area[:, None, None] * np.linalg.inv(jacobian @ jacobian.transpose(0, 2, 1))
+        metric = jacobian @ jacobian.transpose(0, 2, 1) / area[:, None, None]
         off = np.stack([metric[:, 0, 0] - 1.0, metric[:, 1, 1] - 1.0, metric[:, 0, 1]], axis=1)
         off[np.abs(off).max(axis=1) < SQUARE] = 0.0
         return np.column_stack([np.sqrt(area), off])

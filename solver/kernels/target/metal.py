@@ -135,10 +135,11 @@ def strain_at_fracture(row, stress, rate, memory):
 def crack_band(row, size, stress):
     """Width [m] of an element across a crack that the larger principal stress of a plane stress (3,) [Pa] opens.
 
-    size (4,): root of the area h [m], and g - 1 of the symmetric g = h^2 (J J^T)^-1, xx yy xy, J the element's
-    mid-lines: along n it is h/sqrt(n.g n), of a rectangle its length or its width, of a square h in any direction. A
-    crack band as wide as that spends the same energy per area of crack in elements of any shape (Z. P. Bazant & B. H.
-    Oh, Mater. Struct. 16 (1983) 155; J. Oliver, Int. J. Numer. Methods Eng. 28 (1989) 461).
+    size (4,): root of the area h [m], and g - 1 of the symmetric g = J J^T/h^2, xx yy xy, J the element's mid-lines:
+    along n it is h sqrt(n.g n) wide, h^2 over the length of the crack in it: of a rectangle its length or its width, of
+    a parallelogram its height over a side, of a square h in any direction. A crack band as wide as that spends the same
+    energy per area of crack in elements of any shape (Z. P. Bazant & B. H. Oh, Mater. Struct. 16 (1983) 155; J. Oliver,
+    Int. J. Numer. Methods Eng. 28 (1989) 461).
     """
     if row[FRACTURE_ENERGY] <= 0.0:
         return size[0]
@@ -147,7 +148,7 @@ def crack_band(row, size, stress):
     along = 1.0 + 0.5 * (size[1] + size[2])
     if radius > 0.0:
         along += (0.5 * (size[1] - size[2]) * half + size[3] * shear) / radius
-    return size[0] / math.sqrt(along)
+    return size[0] * math.sqrt(along)
 
 
 @njit(cache=True)
