@@ -18,6 +18,8 @@ def quantity(value: float, si_unit: str, digits: int = 3) -> str:
 
 DIGITS = 12
 """Most significant digits of an interval's ends."""
+WHOLE = 15
+"""Decimal places before the point, beyond which a double has no decimals."""
 
 
 def span(low: float, high: float, si_unit: str, digits: int = 3) -> str:
@@ -43,7 +45,8 @@ def instant(seconds: float, length: float) -> str:
 
 def fewest_decimals(number: float) -> str:
     """The fewest decimals that give a number, at most nine: a time [s] to 1 ns."""
-    return f"{round(Decimal(repr(float(number))), 9).normalize():f}"
+    exact = Decimal(repr(float(number)))
+    return f"{exact if exact.adjusted() > WHOLE else round(exact, 9).normalize():f}"
 
 
 def many(count: int, what: str) -> str:

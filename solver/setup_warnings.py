@@ -226,7 +226,7 @@ def share_beside_plate(case: Case) -> float:
     angle, heading = case.impact.angle, case.impact.heading
     length, width = span_along(case), case.plate.width
     if seen.plane is not None:
-        angle, heading = math.asin(-seen.direction[2]), math.atan2(seen.direction[1], seen.direction[0])
+        angle, heading = math.asin(min(-seen.direction[2], 1.0)), math.atan2(seen.direction[1], seen.direction[0])
         length, width = seen.sides
     longer, wide = z / math.tan(angle) + radius * np.cos(turn) / math.sin(angle), radius * np.sin(turn)
     along = np.abs(x - x_middle + longer * math.cos(heading) - wide * math.sin(heading))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -57,7 +58,10 @@ def _sketch(case: Case) -> Picture:
 
 
 def _caption(case: Case) -> str:
-    degrees = display(case.impact.angle, "rad")[0]
+    slope = case.impact.angle
+    if case.struck_plane is not None:
+        slope = math.asin(min(case.normal_speed / case.impact.speed, 1.0))
+    degrees = display(slope, "rad")[0]
     return (
         f"The set-up to scale at the start of the simulation. The velocity makes {degrees:.3g}° with the plate's "
         f"surface, so that {quantity(case.normal_speed, 'm/s')} of {quantity(case.impact.speed, 'm/s')} are normal to "

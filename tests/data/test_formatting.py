@@ -31,6 +31,8 @@ def test_a_shift_is_written_with_the_fewest_decimals_that_give_it() -> None:
     assert fewest_decimals(-12.499) == "-12.499"
     assert fewest_decimals(1.23456789e-5) == "0.000012346"
     assert fewest_decimals(0.0) == "0"
+    assert fewest_decimals(1.7e18) == "1700000000000000000"
+    assert fewest_decimals(-1.5e21) == "-1500000000000000000000"
 
 
 def test_a_list_names_all_or_says_how_many_more_there_are() -> None:

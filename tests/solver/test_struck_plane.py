@@ -101,6 +101,13 @@ def test_a_bird_aimed_at_the_border_of_a_turned_plate_flies_past_it_by_the_same_
     assert found[1] == (pytest.approx(found[0][0], abs=1e-3), *found[0][1:])
 
 
+def test_a_turned_plate_can_be_struck_squarely(tmp_path):
+    """Rounded, the velocity's component along the normal of this one is larger than the velocity."""
+    case = strike(tmp_path, 51.0, direction=(-about_y(51.0) @ Z).tolist())
+    assert outline_of(case).direction[2] < -1.0
+    assert share_beside_plate(case) == 0.0
+
+
 def test_a_level_mesh_counts_from_z_0_as_a_plate_does(tmp_path):
     case = strike(tmp_path, 0.0)
     assert case.struck_plane is None

@@ -96,6 +96,7 @@ def rub_face(most, resistance, v, nodes, node_v, quad, foot, room, force, rub_pl
     """
     base, corner, slip = room[0:2], room[2:6, :2], room[6, :2]
     tangents(foot, base)
+    slip[0] = slip[1] = 0.0
     i11, i12, i22 = slip_on_facet(v, nodes, node_v, quad, foot, base, corner, slip)
     for c in range(3):
         room[7, c] = slip[0] * base[0, c] + slip[1] * base[1, c]

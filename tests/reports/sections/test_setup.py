@@ -13,6 +13,7 @@ from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections.setup import _caption, _facts, section
 from birdstrike.solver.case.case import load_case
 from tests.solver.target.triangles import abaqus_file
+from tests.solver.test_struck_plane import strike
 
 
 def test_the_set_up_has_the_effects_and_the_instruments_of_the_case(results: Results) -> None:
@@ -45,6 +46,13 @@ def test_the_lines_of_a_records_provenance_are_told_apart(results: Results) -> N
 def test_the_caption_says_where_the_bird_is_aimed(results: Results, change: dict[str, object], said: str) -> None:
     """A bird beside the centre was said to be aimed at it."""
     assert said in _caption(results.case.overlaid({"impact": change}))
+
+
+def test_the_caption_of_a_mesh_that_lies_aslant_has_the_angle_to_its_own_surface(tmp_path: Path) -> None:
+    """It told the angle to the plane z = 0 beside the speed normal to the shells."""
+    case = strike(tmp_path, 25.0)
+    assert case.impact.angle == pytest.approx(np.radians(85.0))
+    assert "makes 60° with the plate's surface, so that 78.9 m/s of " in _caption(case)
 
 
 def test_the_caption_of_a_mesh_from_a_file_names_its_point_and_the_table_the_file(tmp_path: Path) -> None:
