@@ -127,6 +127,15 @@ def test_a_balance_that_is_off_names_a_courant_number_that_mends_it(monkeypatch:
     assert simulate(tiny(**shallow, solver__courant=named[1])).summary["worst_energy_error"] < 0.5 * error
 
 
+def test_a_balance_that_is_off_with_the_shortest_step_names_the_mesh_alone():
+    """It said to lower solver.courant to 0.05, which it was."""
+    strike = Coupling(tiny(solver__courant="0.05"))
+    strike.balance.worst = 0.5
+    with pytest.raises(RunFailed) as caught:
+        run_checks(strike)
+    assert caught.value.remedy == "refine bird.particles and plate.elements"
+
+
 def test_friction_that_gives_energy_fails_the_run(monkeypatch: pytest.MonkeyPatch):
     """Turned round on every tenth particle: the others' heat and the energy balance hide it."""
     strike = in_contact(impact__friction="0.3")
