@@ -9,7 +9,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from birdstrike.data.histories import Array, Histories, Snapshot
 from birdstrike.reports.figures.views import push_direction
-from birdstrike.solver.build import middle_of
+from birdstrike.solver.build import outline_of
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.estimate import first_period
 
@@ -64,10 +64,10 @@ def penetration(case: Case, run: Histories) -> str:
 
 def share_behind(case: Case, snapshots: Sequence[Snapshot]) -> float:
     """Share of the bird's pieces, eroded ones left out, that end behind the deepest shell left, within the outline."""
-    push, last = push_direction(snapshots), snapshots[-1]
-    x, y, z = last.particles.T
-    left = last.nodes[np.unique(last.quads), 2]
+    struck, last = outline_of(case), snapshots[-1]
+    push = push_direction(snapshots) if struck.plane is None else -1.0
+    x, y, z = struck.seen(last.particles).T
+    left = struck.seen(last.nodes[np.unique(last.quads)])[:, 2]
     deepest = float((push * left).max()) if left.size else 0.0
-    x_middle, y_middle = middle_of(case)
-    inside = (np.abs(x - x_middle) < case.plate.length / 2) & (np.abs(y - y_middle) < case.plate.width / 2)
+    inside = (np.abs(np.stack([x, y], axis=1) - struck.middle) < struck.sides / 2).all(axis=1)
     return float((inside & (push * z > deepest + case.plate.thickness) & ~last.eroded).mean())

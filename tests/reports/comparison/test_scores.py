@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured
-from birdstrike.data.histories import Histories
+from birdstrike.data.histories import Histories, Snapshot
 from birdstrike.reports.comparison.clock import best_offset
-from birdstrike.reports.comparison.end_state import penetration, residual_deflection, sensor_of_kind
+from birdstrike.reports.comparison.end_state import penetration, residual_deflection, sensor_of_kind, share_behind
 from birdstrike.reports.comparison.iso18571 import SAMPLES, magnitude_score, rate
 from birdstrike.reports.comparison.other_code import curve_pairs
 from birdstrike.reports.comparison.scores import score, sprague_geers
@@ -20,6 +21,8 @@ from birdstrike.solver.case.case import load_case
 from birdstrike.solver.estimate import first_period
 from birdstrike.solver.sensors.sensor import torn
 from tests.reports.synthetic import RECORD_TIMES, displacement, strike
+from tests.solver.test_struck_plane import about_y
+from tests.solver.test_struck_plane import strike as aslant_strike
 
 TIME = np.linspace(0.0, 1.0, SAMPLES)
 BUMP = np.sin(np.pi * TIME) ** 2
@@ -183,3 +186,22 @@ def test_another_code_s_peak_is_compared_on_its_own_side() -> None:
     (pair,) = curve_pairs(ours, theirs)
     found = pair.figures()
     assert (found["peak_ours"], found["peak_theirs"]) == pytest.approx((4e-3, 5e-3), rel=1e-3)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 90.0])
+def test_a_bird_is_through_a_plate_however_it_lies(tmp_path: Path, degrees: float) -> None:
+    """Of three pieces one is 20 mm behind it, one before it, one has flown past its rim.
+
+    Counted along z, a bird that was through a plate aslant was not.
+    """
+    case, turn = aslant_strike(tmp_path, degrees), about_y(degrees)
+    assert case.target is not None
+    mesh = case.target.source.mesh()
+    first = np.array([[0.0, 0.0, 0.03], [0.05, 0.0, 0.03], [0.2, 0.0, 0.03]]) @ turn.T
+    last = np.array([[-0.08, 0.0, -0.02], [0.08, 0.0, 0.02], [0.2, 0.0, -0.02]]) @ turn.T
+    none, cells = np.zeros(3), np.empty((0, 8), np.int64)
+    seen = [
+        Snapshot(t, x, none, 0.0 * x, none > 0.0, none, cells, mesh.nodes, mesh.quads, np.zeros(len(mesh.quads)))
+        for t, x in ((0.0, first), (1e-3, last))
+    ]
+    assert share_behind(case, seen) == pytest.approx(1.0 / 3.0)
