@@ -118,4 +118,4 @@ def rig_dataset(case: Case) -> Any:
     """As much of a campaign as says what is expected of a record."""
     run = rig.strike(case)
     curves = {name: values[None] for name, values in run.channels.items()}
-    return SimpleNamespace(time=run.time, curves=curves, channel_units=run.units)
+    return SimpleNamespace(time=run.time, curves=curves, channel_units=run.units, drifts={})
