@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.inversion.diagnosis.test_evidence import POINTS as RECORD
-from tests.inversion.diagnosis.test_evidence import covariance, known, models, system, two_birds
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.conclusions import next_measurement
@@ -28,6 +26,8 @@ from birdstrike.inversion.diagnosis.inference.system import Places, System
 from birdstrike.inversion.diagnosis.preparation.discrepancy import Amplitudes, remainder, started
 from birdstrike.inversion.estimation.prior import UNIFORM_SD
 from birdstrike.inversion.results.diagnosis import NONE
+from tests.inversion.diagnosis.inference.test_evidence import POINTS as RECORD
+from tests.inversion.diagnosis.inference.test_evidence import covariance, known, models, system, two_birds
 
 T = np.linspace(0.0, 1.0, POINTS)
 SIGNATURE = 0.3 * np.sin(5.0 * T)  # of one plausible size of e1, at the candidate

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.inversion.diagnosis.test_evidence import POINTS, Stub, known, models, system, two_birds
 
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.diagnosis.conclusions.next_measurement import expected
@@ -24,6 +23,7 @@ from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
 from birdstrike.inversion.diagnosis.inference.system import System
 from birdstrike.inversion.estimation.prior import UNIFORM_SD
 from birdstrike.inversion.results.diagnosis import NONE
+from tests.inversion.diagnosis.inference.test_evidence import POINTS, Stub, known, models, system, two_birds
 
 
 @pytest.mark.parametrize("lattice_size", [0.0, 0.5])
