@@ -100,7 +100,7 @@ def toml_case(folder: Path) -> Path:
 @pytest.mark.parametrize("height", [0.022, 0.06])
 def test_the_picture_marks_doubtful_shells_and_those_that_refuse_the_mesh(tmp_path, height):
     nodes = MESH.nodes.copy()
-    nodes[MESH.quads[55, 0], 2] -= height
+    nodes[MESH.quads[33, 0], 2] -= height
     panel(tmp_path, nodes)
     case, picture = toml_case(tmp_path), tmp_path / "target.svg"
     result = CliRunner().invoke(app, ["check", str(case), "--picture", str(picture)])
