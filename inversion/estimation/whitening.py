@@ -38,7 +38,7 @@ REJECT = 1e-3
 LAGS, LAGS_LIMIT = 3, 6.0
 TAU_LIMIT = 75.0
 CHANCE = 0.01  # share of records whose noise alone gives a larger residual
-WELL_KNOWN = 1e9  # degrees of freedom
+WELL_KNOWN = 1e9  # degrees of freedom: scipy knows no F distribution of infinitely many
 
 
 @dataclass(frozen=True)

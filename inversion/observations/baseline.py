@@ -20,7 +20,6 @@ from birdstrike.surrogate.gaussian_process import NORMAL_95
 LINE, WITH_HUM = 2, 4  # terms, each a degree of freedom, of the straight line before contact, and with the mains' hum
 CLEAR = 4.0  # standard deviations from which a term is there
 VAIN = 1e-3  # of the records of correlated noise in which a term may be as large by chance
-WELL_KNOWN = 1e9  # degrees of freedom
 SEEN = 2.0  # standard deviations from which a bend counts as possible
 MAINS = (50.0, 60.0)  # [Hz]
 WHOLE_PERIODS = 0.8  # of the mains that the record before contact must span for its hum to be fitted
@@ -183,7 +182,7 @@ def baseline_of(
     hum: frequency of the mains [Hz], 0 without; rounding: standard deviation of a digitiser's rounding that the noise
     does not average out, SI; freedom: degrees of freedom behind `worth` where it is that of correlated noise.
     """
-    limit = max(CLEAR, float(student.isf(VAIN / 2.0, min(freedom, WELL_KNOWN))))
+    limit = max(CLEAR, float(student.isf(VAIN / 2.0, freedom)))
     for count in (4, 2, 1) if hum else (2, 1):
         middle = float(times.mean())
         rows = terms(times, count, hum if count == 4 else 0.0, middle)

@@ -208,5 +208,5 @@ def _record(results: Results) -> tuple[tuple[str, str], ...]:
     return (
         ("record", f"{short_name(record)}: {origin(record)}"),
         ("record's noise", "; ".join(sizes)),
-        *([("provenance", "; ".join(line.rstrip(".;") for line in record.provenance))] if record.provenance else []),
+        *([("provenance", "\n".join(record.provenance))] if record.provenance else []),
     )
