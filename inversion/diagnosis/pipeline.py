@@ -277,7 +277,7 @@ class Pipeline:
     def _against(self, ranking: Ranking, effect: str, held: Mapping[str, Sequence[Held]]) -> list[str]:
         """Warnings for all that keeps an effect, although it is by far the likeliest, from being attributed."""
         return [
-            *_at_limit(ranking, effect),
+            *(_at_limit(ranking, effect) if _is_fault(ranking, effect) else ()),
             *_not_explained(ranking, effect, self.shots),
             *_unpredicted(ranking, effect, held),
         ]
@@ -530,11 +530,22 @@ def _at_limit(ranking: Ranking, effect: str) -> list[str]:
     """A warning where the search for an effect's magnitude ended at the largest looked at."""
     if not magnitude_of(ranking, effect)[2]:
         return []
+    if _is_fault(ranking, effect):
+        return [
+            f"{effect}: the magnitude reaches the largest that was looked at, which is more than a sound instrument "
+            "does, so that it is not attributed: a sensor that died, or something that is not in the library, looks "
+            "like it; check the sensor, or leave it out (--channels)"
+        ]
     return [
-        f"{effect}: the magnitude reaches the largest that was looked at, so that it is not attributed: the true one "
-        "may be larger, and only the end of its interval towards 0 is known; or something that is not in the library "
-        "looks like it; measure this quantity at the rig"
+        f"{effect}: the magnitude reaches the largest that was looked at: the true one may be larger, and only the end "
+        "of its interval towards 0 is known; or something that is not in the library looks like it; measure this "
+        "quantity at the rig"
     ]
+
+
+def _is_fault(ranking: Ranking, effect: str) -> bool:
+    """Whether an effect is one of the instruments."""
+    return ranking.models[effect].members[0].fault is not None
 
 
 def _not_explained(ranking: Ranking, effect: str, shots: Sequence[Shot]) -> list[str]:

@@ -348,23 +348,38 @@ def test_misfits_before_and_after_are_over_the_same_errors(laboratory: Laborator
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "said"),
-    [("EXPLAINED", 1e-3, "times all errors together"), ("reaches_limit", lambda *_: True, "that it is not attributed")],
+    ("name", "value", "fault", "verdict", "said"),
+    [
+        ("EXPLAINED", 1e-3, False, "ambiguous", "times all errors together"),
+        ("reaches_limit", lambda *_: True, True, "ambiguous", "so that it is not attributed"),
+        ("reaches_limit", lambda *_: True, False, "attributed", "measure this quantity at the rig"),
+    ],
 )
-def test_an_effect_that_leaves_the_residual_or_ends_at_a_limit_is_not_attributed(
-    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch, name: str, value: object, said: str
+def test_an_effect_that_leaves_the_residual_and_a_fault_at_its_limit_are_not_attributed(
+    laboratory: Laboratory,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+    value: object,
+    fault: bool,
+    verdict: str,
+    said: str,
 ) -> None:
-    """The evidence says "attributed"; a dead sensor was attributed to a gain of -30 %, of a misfit of 29."""
+    """The evidence says "attributed"; a dead sensor was attributed to a gain of -30 %, of a misfit of 29.
+
+    Of an effect of the solver, such as free edges, the magnitude is "or beyond".
+    """
     monkeypatch.setattr("birdstrike.inversion.diagnosis.pipeline.verdict_of", lambda *_: "attributed")
     monkeypatch.setattr("birdstrike.inversion.diagnosis.pipeline._unpredicted", lambda *_: [])
     folder = laboratory.folder
     words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
-    assert laboratory.diagnose(f"sound_{name}", *words).exit_code == 0
-    assert laboratory.content(f"sound_{name}")["verdict"] == "attributed"
+    out = f"{name}_{fault}"
+    assert laboratory.diagnose(f"sound_{out}", *words).exit_code == 0
+    assert laboratory.content(f"sound_{out}")["verdict"] == "attributed"
     monkeypatch.setattr(answer, name, value)
-    assert laboratory.diagnose(f"against_{name}", *words).exit_code == 0
-    found = laboratory.content(f"against_{name}")
-    assert found["verdict"] == "ambiguous"
+    monkeypatch.setattr("birdstrike.inversion.diagnosis.pipeline._is_fault", lambda *_: fault)
+    assert laboratory.diagnose(f"against_{out}", *words).exit_code == 0
+    found = laboratory.content(f"against_{out}")
+    assert found["verdict"] == verdict
     assert len([line for line in found["warnings"] if said in line]) == 1
 
 
