@@ -17,6 +17,7 @@ from birdstrike.inversion.diagnosis.conclusions.before_and_after import (
     SolverRun,
     estimate,
     expected_residual,
+    misfit,
     predicted,
     rms_by_channel,
 )
@@ -215,7 +216,8 @@ beyond the linear range of the response, left 2.2."""
 
 def unexplained(ranking: Ranking, label: str, shots: Sequence[Shot]) -> float | None:
     """The largest misfit that an effect leaves in a shot, over all errors; None where it explains them all."""
-    worst = max(state(ranking, label, shot, [], None).weighted for shot in shots)
+    problem, model, fit = ranking.problem, ranking.models[label], ranking.fits[label]
+    worst = max(misfit(shot, curve_at(ranking, label, shot), problem, model, fit) for shot in shots)
     return worst if worst > EXPLAINED else None
 
 

@@ -193,6 +193,12 @@ def predicted(shot: Shot, hypothesis: Hypothesis, z: Array, sizes: dict[str, flo
     return curve
 
 
+def misfit(shot: Shot, curve: Array, problem: Problem, model: Hypothesis, fit: Fit) -> float:
+    """RMS of what a model's curve (n,) leaves of a shot's record, less what is expected, over all errors."""
+    mean, sd = expected_residual(shot, problem, model, fit)
+    return rms((shot.record.values - curve - mean) / sd)
+
+
 def expected_residual(
     shot: Shot, problem: Problem, model: Hypothesis, fit: Fit, others: Sequence[Shot] | None = None
 ) -> tuple[Array, Array]:

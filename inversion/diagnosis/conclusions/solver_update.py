@@ -17,14 +17,13 @@ from scipy.spatial.distance import cdist
 
 from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.simulations import Simulations
-from birdstrike.inversion.diagnosis.conclusions.before_and_after import expected_residual, predicted
+from birdstrike.inversion.diagnosis.conclusions.before_and_after import misfit, predicted
 from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING, Suspect, suspects
 from birdstrike.inversion.diagnosis.inference.ranking import Fit, Problem, Ranking, within
 from birdstrike.inversion.diagnosis.preparation.plan import levels
 from birdstrike.inversion.diagnosis.preparation.responses import Change, Response
 from birdstrike.inversion.diagnosis.preparation.setup import Setup, make_setup, stack
 from birdstrike.inversion.diagnosis.preparation.shots import Shot, setups_of
-from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.solver.case.case import Case
 
@@ -94,10 +93,8 @@ class NearFits:
 
 
 def _misfit(shot: Shot, problem: Problem, fit: Fit) -> float:
-    """RMS of what a fit without an effect leaves of a shot, over all errors."""
-    mean, sd = expected_residual(shot, problem, NOTHING, fit)
-    left = shot.record.values - predicted(shot, NOTHING, fit.places.z[shot.name], {}) - mean
-    return rms(left / sd)
+    """What a fit without an effect leaves of a shot, over all errors."""
+    return misfit(shot, predicted(shot, NOTHING, fit.places.z[shot.name], {}), problem, NOTHING, fit)
 
 
 def with_runs(setup: Setup, problem: Problem, near: NearFits, count: int, seed: int, simulations: Simulations) -> Setup:
