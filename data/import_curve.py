@@ -19,7 +19,7 @@ from birdstrike.data.exports.registry import may_hold_tables, reader_of
 from birdstrike.data.storage.files import file_digest
 from birdstrike.data.tables.csv_table import NAME, Column, CsvTable
 from birdstrike.data.tables.loose_table import SIGMA, Head, LooseTable, SeveralColumns, read_loose_table
-from birdstrike.data.units import ACCEPTED, dimension, factor, meant, parts, ratio, scaled, si_unit, to_si
+from birdstrike.data.units import ACCEPTED, dimension, factor, parts, ratio, scaled, si_unit, to_si
 
 RATE_OFF = Decimal("0.02")
 """Share by which a file's own clock and a rate may differ."""
@@ -31,6 +31,11 @@ _SAMPLES = re.compile(r"([kKM]?)(?:fps|frames/s|Sa?/s|samples/s|Sa?ps|SPS)")
 """Samples or frames a second, with a thousand or a million of them; pint takes them for feet and siemens."""
 _TIME = re.compile(r"(time|zeit|temps|tiempo|t)(?![a-z])", re.IGNORECASE)
 """Beginning of the name of a clock."""
+_FACTOR = re.compile(
+    r"(?:(?<!\w)x|[\u00d7*\u00b7])\s*"
+    r"(?:10\s*(?:\^|\*\*)\s*\(?[+-]?\d+|10?(?:\.\d*)?[eE][+-]?\d+|10{3}|10{6}|0[.,]0*1)(?!\w)"
+)
+"""A factor in a head: x10^-3, × 1e6, *1000; x100 may be a place."""
 _RATE = re.compile(r"sampl|rate|abtast|interval|increment|\bdt\b|\bfs\b|hz\b", re.IGNORECASE)
 """A line of a file's head that says how often was sampled."""
 
@@ -170,7 +175,8 @@ def first_clock(table: LooseTable) -> int:
 def _is_called_time(table: LooseTable, index: int) -> bool:
     """Whether a column's head calls it a time and gives it no unit of anything else: Time_w, Zeit 2, t1."""
     head = table.heads[index]
-    return head.unit is None and not head.foreign and bool(_TIME.match(head.name))
+    in_time = not head.foreign or (head.likely != "" and si_unit(head.likely) == "s")
+    return head.unit is None and in_time and bool(_TIME.match(head.name))
 
 
 def _refuse_other_clocks(table: LooseTable, clock: int, columns: Mapping[str, int], named: bool) -> None:
@@ -247,6 +253,10 @@ def _time(table: LooseTable, clock: int | None, options: ImportOptions) -> Colum
         begin = _begin(table, step, [int(float(text)) for text in texts])
     else:
         assert clock is not None
+        if not table.filled(clock):
+            raise MeasuredError(
+                f'{table.path}: column "{name}" of the times is empty; name another, --time COLUMN{_rate_hint(table)}'
+            )
         unit = _unit(table, clock, "time", options)
         if "time" in options.units and dimension(unit) != "s":
             raise UnitError(f"--time-unit {unit} is no unit of time; accepted: {ACCEPTED['s']}")
@@ -397,6 +407,11 @@ def _place(table: LooseTable, sensor: str, column: str, clock: int | None, nodou
     except SeveralColumns:
         raise
     except MeasuredError:
+        if not others:
+            raise MeasuredError(
+                f'{table.path} has no column beside its clock that could be "{sensor}"; export the curve beside its '
+                f"clock; its columns: {', '.join(table.names)}{table.left_out}"
+            ) from None
         example = "z-disp" if nodout else table.names[others[0]]
         raise MeasuredError(
             f'{table.path}: which column is "{sensor}"? Write --sensor {sensor}="{example}"; '
@@ -430,19 +445,22 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
     given = options.units.get(name)
     head = table.heads[index] if table.heads else Head(table.names[index])
     own, column = head.unit, f'{table.path}: column "{table.names[index]}"'
-    option = f"--time-unit {table.likely_time_unit(index)}" if name == "time" else f"--unit {name}={_example(name)[1]}"
+    fits = head.likely and si_unit(head.likely) in (("s",) if name == "time" else MEASURED)
+    likely = head.likely if fits else (table.likely_time_unit(index) if name == "time" else _example(name)[1])
+    option = f"--time-unit {likely}" if name == "time" else f"--unit {name}={likely}"
+    foreign = "" if head.likely else head.foreign
+    if name != "time":
+        _refuse_acceleration(column, name, foreign)
+    _refuse_factor_of_head(column, name, head.text, options.scales)
     if own is None and given is None:
-        if head.foreign and (better := meant(head.foreign)):
+        if fits:
+            raise UnitError(f'{column} is in {head.foreign}; is "{likely}" meant? Correct the head, or write {option}')
+        if foreign and name == "time":
+            raise UnitError(f"{column} is in {foreign}, which is no unit of time; say which it is: {option}")
+        if foreign:
             raise UnitError(
-                f"{column} is in {head.foreign}, which is no unit{better} Correct the head, or write {option}"
-            )
-        if head.foreign and name == "time":
-            raise UnitError(f"{column} is in {head.foreign}, which is no unit of time; say which it is: {option}")
-        if head.foreign:
-            _refuse_acceleration(column, name, head.foreign)
-            raise UnitError(
-                f"{column} is in {head.foreign}, which is no unit of a sensor; say what it stands for: "
-                f'--scale {name}="{stands_for(head.foreign, name)}" (or {option} with a --scale)'
+                f"{column} is in {foreign}, which is no unit of a sensor; say what it stands for: "
+                f'--scale {name}="{stands_for(foreign, name)}" (or {option} with a --scale)'
             )
         hint = _rate_hint(table) if name == "time" else ""
         raise UnitError(f"{column} has no unit; say which: {option}{hint}")
@@ -487,14 +505,34 @@ def _refuse_unit(column: str, name: str, unit: str) -> None:
         )
 
 
+def factor_of_head(text: str) -> str:
+    """The factor that a column's head states, x10^-3 of Weg x10^-3 [m]; empty where it states none."""
+    match = _FACTOR.search(text)
+    return match[0].strip() if match else ""
+
+
+def _refuse_factor_of_head(column: str, name: str, text: str, scales: Mapping[str, float]) -> None:
+    """Raises MeasuredError where a head states a factor, Weg x10^-3 [m], and nobody says what it does."""
+    stated = factor_of_head(text)
+    if not stated or name in scales:
+        return
+    remedy = f"say what the readings are still to be multiplied by: --scale {name}=NUMBER, 1 where they are in the unit"
+    if name == "time":
+        remedy = "put into the head the unit of its numbers alone, without a factor"
+    raise MeasuredError(f'{column}: its head "{text}" states a factor, "{stated}"; {remedy}')
+
+
+def is_acceleration(unit: str) -> bool:
+    """Whether a unit is one in which accelerometers give their readings."""
+    return unit in GRAVITIES or (bool(unit) and dimension(unit) == dimension("m/s^2"))
+
+
 def _refuse_acceleration(column: str, name: str, unit: str) -> None:
     """Raises UnitError for the unit of an accelerometer; g, a gram elsewhere, is the standard gravity there."""
-    if unit in GRAVITIES:
-        said = f"in {unit}: of an accelerometer, 9.80665 m/s^2"
-    elif dimension(unit) == dimension("m/s^2"):
-        said = f"in {unit}, an acceleration"
-    else:
+    if not is_acceleration(unit):
         return
+    gravity = unit in GRAVITIES
+    said = f"in {unit}: of an accelerometer, 9.80665 m/s^2" if gravity else f"in {unit}, an acceleration"
     raise UnitError(
         f"{column} is {said}; no sensor of a case measures an acceleration (they give mm, kN, MPa or um/m), none is a "
         "displacement by a factor: integrate it twice over time, from rest and without its drift, to a displacement "

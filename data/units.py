@@ -90,9 +90,13 @@ _WORDS = {
     **dict.fromkeys(("Second", "Seconds", "SECONDS", "Sec", "SEC", "Sek", "sek", "Sekunden"), "s"),
     **dict.fromkeys(("Volt", "Volts", "VOLTS"), "V"),
     **dict.fromkeys(('"', '1"', "''", "\u2033", "1\u2033"), "in"),
+    **dict.fromkeys(("gn", "gee"), "g_n"),
 }
 """Units as oscilloscopes and loggers write them out."""
 
+_ELSEWHERE = ("lbf", "kgf", "bar", "mbar", "daN", "inch")
+"""Units of instruments that are no case's own, and are written in any case."""
+_SECONDS = re.compile(r"^([mu\u00b5\u03bc]?)sec$")
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _MILS = re.compile(r"\bmils?\b")
 """A thousandth of an inch, as in a displacement sensor's sheet; pint takes it for an angle of gunnery."""
@@ -139,6 +143,8 @@ def _base(unit: str) -> tuple[Decimal, str]:
     text = re.sub(r"(?<=[A-Za-z0-9)])[.·](?=[A-Za-z(])", "*", text).replace("µ", "u").replace("\u03bc", "u")
     if found := _KNOWN.get(text):
         return found
+    if (better := usual(unit)) and _differs_in_size(text, better):
+        raise UnitError(f'"{unit}" is "{better}" but for the case of a letter, and of quite another size; "{better}"?')
     try:
         quantity = _registry().Quantity(Decimal(1), _MEGAPSI.sub("Mpsi", text) or "dimensionless").to_base_units()
     except Exception as error:  # pint's parser raises a dozen types, among them tokenize errors
@@ -155,16 +161,32 @@ def _may_be_a_strain(unit: str) -> bool:
     return not stroke or all(_base(part.strip(" ()"))[1] == "m" for part in (above, below))
 
 
-def meant(unit: str) -> str:
-    """What to write for a unit in the wrong case, or a word for one, as the end of a sentence; else empty.
+def usual(unit: str) -> str:
+    """The usual unit that one in the wrong case, or a word, stands for; empty where it is one itself or there is none.
 
-    MS is ms, milimeter is mm.
+    MS and mSec are ms, milimeter is mm, LBF is lbf.
     """
-    known, text = re.findall(r"[^,;\s]+", " ".join(ACCEPTED.values())), unit.strip().casefold()
-    alike = [one for one in dict.fromkeys(known) if one.casefold() == text and one != unit]
+    known = re.findall(r"[^,;\s]+", " ".join((*ACCEPTED.values(), *_ELSEWHERE)))
+    text = _SECONDS.sub(r"\1s", unit.strip(" .").casefold())
+    alike = [one for one in dict.fromkeys(known) if one.casefold() == text]
     words = {word: short for short, word in PLURALS.items()}
     alike += [words[word] for word in [nearest(text, words, 0.8)] if word]
-    return f'; "{alike[0]}"?' if alike else ""
+    return "" if unit in known or not alike else alike[0]
+
+
+def meant(unit: str) -> str:
+    """What to write for a unit in the wrong case, or a word for one, as the end of a sentence; else empty."""
+    better = usual(unit)
+    return f'; "{better}"?' if better else ""
+
+
+def _differs_in_size(unit: str, other: str) -> bool:
+    """Whether pint knows a unit of the dimension of another and of another size, as Mm beside mm."""
+    try:
+        quantity, size = _registry().Quantity(Decimal(1), unit).to_base_units(), _base(other)
+    except Exception:  # pint's parser raises a dozen types, among them tokenize errors
+        return False
+    return _dimensions().get(quantity._units) == size[1] and quantity.magnitude != size[0]
 
 
 def factor(unit: str) -> Decimal:

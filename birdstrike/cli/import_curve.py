@@ -25,6 +25,8 @@ READ_SO = (
     "behind the table",
     "repeat the head",
     "columns of text",
+    "complex numbers",
+    "rows are the channels",
     "The clock was made",
     "is not UTF-8",
 )

@@ -19,13 +19,15 @@ from birdstrike.data.import_curve import (
     STRAIN,
     ImportOptions,
     counts_samples,
+    factor_of_head,
     first_clock,
     import_record,
+    is_acceleration,
     read_export,
     stands_for,
     strain_beyond,
 )
-from birdstrike.data.tables.loose_table import NOT_UNICODE, LooseTable
+from birdstrike.data.tables.loose_table import NOT_UNICODE, Head, LooseTable
 from birdstrike.data.units import ACCEPTED, factor, si_unit, to_si
 from birdstrike.questions.answers import Answers, Key, Question
 from birdstrike.questions.checks import (
@@ -196,7 +198,7 @@ class Interview:
         found: dict[str, Column] = {}
         for name, unit in measured.units.items():
             values, noise = measured.points(name)[1], f"{name}_sigma" if name in measured.sigma else ""
-            self._column(found, name, name, unit, values=values, ready=True, noise=noise)
+            self._column(found, name, name, Head(name, unit), values, ready=True, noise=noise)
         return _some(found, measured.channels), {}, True
 
     def _columns_of_export(self, record: Path) -> tuple[dict[str, Column], dict[str, str]]:
@@ -219,11 +221,10 @@ class Interview:
         found: dict[str, Column] = {}
         for i, name in enumerate(names):
             if i != table.index(clock["time"]) and i not in table.noises.values() and table.filled(i):
-                head = table.heads[i] if table.heads else None
-                unit, foreign = (_si(head.unit), head.foreign) if head else (None, "")
-                counter = not (head and head.unit) and counts_samples(table, i)
+                head = table.heads[i] if table.heads else Head(name)
+                counter = not head.unit and counts_samples(table, i)
                 noise = _text(table, table.noises[i]) if i in table.noises else ""
-                self._column(found, name, "", unit, foreign, values=_values(table, i), counter=counter, noise=noise)
+                self._column(found, name, "", head, _values(table, i), counter=counter, noise=noise)
         return _some(found, names), {**clock, "decimal": decimal, "encoding": encoding}
 
     def _encoding(self, record: Path, decimal: str, table: LooseTable) -> str:
@@ -260,24 +261,24 @@ class Interview:
         found: dict[str, Column],
         column: str,
         name: str,
-        unit: str | None,
-        foreign: str = "",
-        *,
+        head: Head,
         values: Array,
+        *,
         ready: bool = False,
         counter: bool = False,
         noise: str = "",
     ) -> None:
         """What one column is, entered under the name of its sensor.
 
-        unit: SI, None where the head gives none; foreign: of another quantity, such as V; values: its readings, in SI
-        where the head gives the unit; ready: it has its unit and the name that it is to have already; counter: it
-        numbers the rows; noise: name of the record's column with its standard deviation, if there is one.
+        values: its readings, in SI where the head gives the unit; ready: it has its unit and the name that it is to
+        have already; counter: it numbers the rows; noise: name of the record's column with its standard deviation, if
+        there is one.
         """
         place, shown = ("columns", column), f'Column "{column}"'
-        likely = (
-            "displacement" if unit is None and not found else KIND_OF_UNIT.get("-" if unit is None else unit, LEAVE)
-        )
+        unit, foreign = _si(head.unit), "" if head.likely else head.foreign
+        measured = si_unit(head.likely) if head.likely else unit
+        first = measured is None and not found and not is_acceleration(foreign)
+        likely = "displacement" if first else KIND_OF_UNIT.get("-" if measured is None else measured, LEAVE)
         plain = column.lower().replace(" ", "_")
         likely = next((kind for kind in SENSORS if plain.startswith(kind)), LEAVE if counter else likely)
         kind = self.choice((*place, "kind"), f"{shown}: what is it?", likely, *SENSORS, LEAVE)
@@ -288,11 +289,13 @@ class Interview:
             free = own if own not in found else f"{kind}_{sum(c.sensor['kind'] == kind for c in found.values()) + 1}"
             name = self.ask((*place, "name"), f"{shown}: name of the sensor", free, _new_name(found))
         reached = float(np.abs(values).max(initial=0.0))
-        given = "" if ready else self._unit(place, shown, kind, unit, foreign, reached)
+        given = "" if ready else self._unit(place, shown, kind, head, reached)
         turned = kind == "displacement" and _downwards(values)
-        beyond = "" if kind != "strain" or foreign else strain_beyond(reached * float(factor(given or "m/m")))
-        asked = not ready or turned or beyond
-        scale = str(self._scale(place, shown, foreign, turned, beyond, bare=ready)) if asked else "1"
+        doubt = "" if kind != "strain" or foreign else _beyond(reached * float(factor(given or "m/m")))
+        if stated := factor_of_head(head.text):
+            doubt = f'its head states a factor, "{stated}"; factor: 1 where the readings are in the unit as they stand'
+        asked = not ready or turned or doubt
+        scale = str(self._scale(place, shown, foreign, turned, doubt, bare=ready)) if asked else "1"
         sensor: dict[str, Any] = {"kind": kind}
         if "at" in SENSORS[kind].model_fields:
             check = of_pair(of_range(PLACE)[0])
@@ -315,23 +318,23 @@ class Interview:
         text = f"{shown}: noise, 1 sigma, if known ({RECORD}: its own)"
         return self.ask(key, text, RECORD, lambda value: value if value == RECORD else check(value))
 
-    def _unit(self, place: Key, shown: str, kind: str, unit: str | None, foreign: str, reached: float) -> str:
+    def _unit(self, place: Key, shown: str, kind: str, head: Head, reached: float) -> str:
         """A unit where the head gives none; a factor such as 2.5 mm/V brings its own. reached: largest reading."""
-        if unit is not None or foreign:
+        if head.unit is not None or (head.foreign and not head.likely):
             return ""
         wanted = KINDS_UNIT[kind]
         text = f"{shown}: unit, which its head does not give ({ACCEPTED.get(wanted) or 'um/m, %, -'})"
         likely = "m/m" if kind == "strain" and reached <= STRAIN else UNIT_OF_KIND[kind]
+        likely = head.likely if head.likely and si_unit(head.likely) == wanted else likely
         return self.ask((*place, "unit"), text, likely, _unit_of(wanted))
 
-    def _scale(self, place: Key, shown: str, foreign: str, turned: bool, beyond: str, bare: bool) -> Any:
+    def _scale(self, place: Key, shown: str, foreign: str, turned: bool, doubt: str, bare: bool) -> Any:
         """What the column is multiplied by; a displacement whose largest reading is negative is turned round.
 
-        beyond: why a strain can be none, which leaves the factor without a default; bare: the column has its unit, and
-        is multiplied by a number alone.
+        doubt: why the factor has no default; bare: the column has its unit, and is multiplied by a number alone.
         """
-        if beyond:
-            text = f"{beyond}; factor: 1e-6 if it is microstrain, 0.01 if per cent"
+        if doubt:
+            text = doubt
         else:
             what = (
                 f"it is in {foreign}: factor such as {stands_for(foreign)}"
@@ -342,7 +345,7 @@ class Interview:
         return self.ask(
             (*place, "scale"),
             f"{shown}: {text}",
-            None if foreign or beyond else (-1 if turned else 1),
+            None if foreign or doubt else (-1 if turned else 1),
             self._number_check if bare else self._factor_check,
             stand_in=1,
         )
@@ -460,18 +463,25 @@ def _record(record: Path, columns: Mapping[str, Column], clock: Mapping[str, str
     decimal, encoding = clock.get("decimal", ""), clock.get("encoding", "")
     table = _table(record, decimal, encoding)
     heads = {name: table.heads[table.index(column.name)] for name, column in columns.items()} if table.heads else {}
-    per = {name: head.foreign for name, head in heads.items() if head.foreign}
+    per = {name: head.foreign for name, head in heads.items() if head.foreign and not head.likely}
     needed = [name for name in columns if name in per or name not in heads or heads[name].unit is None]
     units = {name: columns[name].unit or UNIT_OF_KIND[columns[name].sensor["kind"]] for name in needed}
     units |= {"time": clock["time_unit"]} if clock["time_unit"] else {}
     sensors = {name: column.name for name, column in columns.items()}
-    options = ImportOptions(sensors, clock["time"], units, decimal=decimal, per=per, encoding=encoding)
+    factors = dict.fromkeys(columns, 1.0)  # those of the answers multiply the record
+    options = ImportOptions(sensors, clock["time"], units, factors, decimal=decimal, per=per, encoding=encoding)
     return import_record(record, options)
 
 
 def _table(record: Path, decimal: str = "", encoding: str = "") -> LooseTable:
     """The table in the file, as `birdstrike import` reads it."""
     return read_export(record, ImportOptions({}, decimal=decimal, encoding=encoding))[0]
+
+
+def _beyond(reached: float) -> str:
+    """What is asked of a strain that no gauge survives; empty for one that it does."""
+    said = strain_beyond(reached)
+    return f"{said}; factor: 1e-6 if it is microstrain, 0.01 if per cent" if said else ""
 
 
 def _some(found: dict[str, Column], names: Any) -> dict[str, Column]:

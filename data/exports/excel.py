@@ -23,23 +23,26 @@ def read(path: Path, table: str, decimal: str = "") -> LooseTable:
     except (OSError, BadZipFile, InvalidFileException, KeyError) as error:
         raise MeasuredError(f"{path} cannot be read as a workbook of Excel: {error}") from error
     sheet = workbook[chosen(path, workbook.sheetnames, table, "sheet")]
-    lines = ["\t".join(map(_text, row)) for row in sheet.iter_rows(values_only=True)]
+    lines = ["\t".join(_text(cell.value, cell.number_format or "") for cell in row) for row in sheet.iter_rows()]
     return table_of_lines(path, lines, decimal)
 
 
-def _text(value: Any) -> str:
+def _text(value: Any, shown_as: str) -> str:
+    """A cell's text by its value and its format, in which 0.0015 may be shown as 0.15%."""
     if value is None:
         return ""
+    if "%" in shown_as and isinstance(value, int | float) and not isinstance(value, bool):
+        return f"{_without_mark(100 * Decimal(repr(value)))}%"
     if isinstance(value, dt.datetime):
         return value.time().isoformat()
     if isinstance(value, dt.time):
         return value.isoformat()
     if isinstance(value, float):
-        return _without_mark(value)
+        return _without_mark(Decimal(repr(value)))
     return str(value).replace("\t", " ").replace("\n", " ").strip()
 
 
-def _without_mark(value: float) -> str:
+def _without_mark(value: Decimal) -> str:
     """A number without a mark of decimals, which would say something of those that stand as text: 1.25 is 125E-2."""
-    sign, digits, exponent = Decimal(repr(value)).as_tuple()
+    sign, digits, exponent = value.as_tuple()
     return f"{'-' if sign else ''}{''.join(map(str, digits))}E{exponent}"

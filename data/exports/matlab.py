@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,14 @@ from scipy.io import loadmat
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import NamedColumn, table_of
+from birdstrike.data.histories import Array
 from birdstrike.data.tables.loose_table import LooseTable
 
 
 def read(path: Path, table: str) -> LooseTable:
-    """Every vector, and every column of a matrix ("data 2"); table: the struct or array that holds them."""
+    """Every vector, and every column of a matrix ("data 2"), of a wide one every row; table: the struct or array that
+    holds them. The elements of struct arrays and cells are called as in MATLAB, "ch(2).data".
+    """
     try:
         content = _content(path)
     except Exception as error:  # scipy lets a dozen of Python's own errors through for a file that is none
@@ -26,7 +30,13 @@ def read(path: Path, table: str) -> LooseTable:
             raise MeasuredError(f'{path} has no variable "{table}"; it has {", ".join(content)}')
         inside = content[table]
         content = dict(inside) if isinstance(inside, Mapping) else {table: inside}
-    return table_of(path, list(_columns(content)), ["MATLAB"])
+    found = list(_columns(content))
+    is_complex = [column.name for column, _ in found if np.iscomplexobj(column.values)]
+    wide = dict.fromkeys(matrix for _, matrix in found if matrix)
+    read = table_of(path, [column for column, _ in found if column.name not in is_complex], ["MATLAB"])
+    remarks = [f"of {name} the rows are the channels, for it has more columns than rows" for name in wide]
+    remarks += [f"columns of complex numbers were left out: {', '.join(is_complex[:10])}"] if is_complex else []
+    return replace(read, remarks=(*read.remarks, *remarks))
 
 
 def _content(path: Path) -> dict[str, Any]:
@@ -38,22 +48,36 @@ def _content(path: Path) -> dict[str, Any]:
 
 
 def _loaded(item: Any) -> Any:
-    """A group as a table of its own, an array turned as MATLAB shows it."""
+    """A group as a table of its own, references as what they point at, an array turned as MATLAB shows it."""
     if isinstance(item, h5py.Group):
         return {name: _loaded(own) for name, own in item.items()}
+    if item.attrs.get("MATLAB_class") == b"char" or "MATLAB_empty" in item.attrs:
+        return ""
+    if h5py.check_ref_dtype(item.dtype):
+        return [_loaded(item.file[reference]) for reference in np.asarray(item).T.flat]
     return np.asarray(item).T
 
 
-def _columns(content: Mapping[str, Any], above: str = "") -> Iterator[NamedColumn]:
+def _columns(content: Mapping[str, Any], above: str = "") -> Iterator[tuple[NamedColumn, str]]:
+    """Columns, each with the name of the wide matrix whose row it is, "" where it is none."""
     for name, value in content.items():
         full = f"{above}{name}"
         if isinstance(value, Mapping):
             yield from _columns(value, f"{full}.")
-            continue
-        values = np.atleast_1d(np.squeeze(np.asarray(value)))
-        if values.ndim > 2 or not np.issubdtype(values.dtype, np.number) or values.size < 2:
-            continue
-        if values.ndim == 1:
-            yield NamedColumn(full, values.astype(float))
+        elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype.kind == "O"):
+            yield from _columns({f"{full}({i})": one for i, one in enumerate(value, 1)})
         else:
-            yield from (NamedColumn(f"{full} {j + 1}", values[:, j].astype(float)) for j in range(values.shape[1]))
+            yield from _numbers(full, np.atleast_1d(np.squeeze(np.asarray(value))))
+
+
+def _numbers(name: str, values: Array) -> Iterator[tuple[NamedColumn, str]]:
+    """The columns of an array of numbers, or the rows of one that is wider than high, as Simulink's files are."""
+    if values.ndim > 2 or not np.issubdtype(values.dtype, np.number) or values.size < 2:
+        return
+    values = values if np.iscomplexobj(values) else values.astype(float)
+    if values.ndim == 1:
+        yield NamedColumn(name, values), ""
+        return
+    wide = values.shape[1] > values.shape[0]
+    for j, column in enumerate(values if wide else values.T, 1):
+        yield NamedColumn(f"{name} {j}", column), name if wide else ""

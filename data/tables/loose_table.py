@@ -16,7 +16,7 @@ from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.formatting import many
 from birdstrike.data.tables.csv_table import cells_of
 from birdstrike.data.tables.text_file import decoded_lines
-from birdstrike.data.units import factor, is_ratio, si_unit
+from birdstrike.data.units import factor, is_ratio, si_unit, usual
 
 DELIMITERS = (";", "\t", "|", ",", " ")
 COMMENT = ("#", "$", "%")
@@ -60,7 +60,9 @@ NO_READING = 1e29
 """Size beyond which a number stands for none: instruments write 1E+30, SCPI 9.91E+37 and 9.9E+37 beyond the range."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3}|[+-]\d{3})?")
 _FACTOR = re.compile(r"\s*\d+(?:\.\d*)?[eE][+-]?\d+\s*\*\s*")
-_IN_BRACKETS = re.compile(r"\s*[\[(][^\])]*[\])]\s*$")
+_BRACKET = r"[\[(\uff3b\uff08](?P<unit>[^\])\uff3d\uff09]*)[\])\uff3d\uff09]"
+"""A unit in brackets, which are as wide as an ideograph in Chinese and Japanese texts."""
+_IN_BRACKETS = re.compile(rf"\s*{_BRACKET}\s*$")
 _FORTRAN = re.compile(r"[dD]|[\d.][+-]")
 _CLOCK = re.compile(
     r"(?:\S+[ T]+)?(?:(?P<hours>\d{1,2}):)?(?P<minutes>\d{1,2}):(?P<seconds>\d{1,2}(?:[.,]\d+)?)"
@@ -71,6 +73,9 @@ _CLOCK = re.compile(
 _CLOCK_PATTERN = re.compile(r"(?:[DdMmYy./\-]+[ T]+)?[Hh]{1,2}:[Mm]{1,2}(?::[Ss]{1,2}(?:[.,][Ff0SsMm]+)?)?")
 """How some loggers write in the row of units what their clock looks like: hh:mm:ss.fff, dd.mm.yyyy hh:mm:ss."""
 
+_PER_CENT = re.compile(r"(?<=[\d.])\s*%$")
+"""A sign of per cent behind a number."""
+
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?P<mark>[.,])\d{3}")
 """A number that is a thousand or a thousandth: 1,234."""
 
@@ -78,7 +83,7 @@ _FIGURES = re.compile(r"[+-]?[\d.,]+(?:[eEdD][+-]?\d{1,3})?")
 """A number, whatever its points and commas mean."""
 
 _UNIT = (
-    re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\])]*)[\])]"),  # displacement [mm], displacement (mm)
+    re.compile(rf"(?P<name>.+?)\s*{_BRACKET}"),  # displacement [mm], displacement (mm)
     re.compile(r"(?P<name>.+?)\s+/\s+(?P<unit>\S+)"),  # displacement / mm
     re.compile(r"(?P<name>[^/\s]+)/(?P<unit>[^/\s]+)"),  # displacement/mm
     re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(map(re.escape, AS_SUFFIX))})"),  # displacement_mm
@@ -90,13 +95,15 @@ _UNIT = (
 class Head:
     """What stands above a column: its name, and its unit where one is given.
 
-    text: the cell as it stands in the file; foreign: a unit that measures nothing used here, such as V.
+    text: the cell as it stands in the file; foreign: a unit that measures nothing used here, such as V; likely: the
+    unit that a foreign one stands for in the wrong case, kN for KN.
     """
 
     name: str
     unit: str | None = None
     text: str = ""
     foreign: str = ""
+    likely: str = ""
 
 
 class SeveralColumns(MeasuredError):
@@ -131,6 +138,11 @@ class LooseTable:
         found = {i: places.get(f"{name}{SIGMA}") for name, i in places.items()}
         return {i: noise for i, noise in found.items() if noise is not None}
 
+    @property
+    def left_out(self) -> str:
+        """What of the file is no column, as the end of a sentence; empty for nothing."""
+        return "".join(f"; {remark}" for remark in self.remarks if "left out" in remark)
+
     def filled(self, index: int) -> bool:
         """Whether a column holds a number: one of text is empty."""
         return any(cells[index] for _, cells in self.rows)
@@ -157,8 +169,8 @@ class LooseTable:
                 raise SeveralColumns(f'{self.path} has several columns "{column}": give a number, of {same}')
         if column.isdigit() and 1 <= int(column) <= self.width:
             return int(column) - 1
-        left = "".join(f"; {remark}" for remark in self.remarks if "left out" in remark)
-        raise MeasuredError(f'{self.path} has no column "{column}"; its columns: {", ".join(self.names)}{left}')
+        known = f"its columns: {', '.join(self.names)}{self.left_out}"
+        raise MeasuredError(f'{self.path} has no column "{column}"; {known}')
 
 
 def _plain(name: str) -> str:
@@ -244,6 +256,7 @@ def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: 
     _refuse_parted_decimals(path, lines[:start], rows, delimiter, filled)
     heads, notes = _heads(lines[:start], delimiter, width, filled)
     clock = next(j for j in range(width) if any(cells[j] for _, cells in rows))
+    heads = _with_per_cent(path, heads, body, width)
     heads = _with_clock_unit(heads, lines[: start + MOST_BESIDE], delimiter, width, clock)
     remarks = tuple(
         f'{count} cell{"s" if count > 1 else ""} "{cell}", the first in line {first[cell]}, read as gaps'
@@ -413,10 +426,10 @@ def _decimal_of(cell: str) -> str:
 
 
 def _bare(cell: str) -> str:
-    """A cell without the blanks and apostrophes that part thousands."""
-    if cell.isascii() and " " not in cell and "'" not in cell:
+    """A cell without the blanks and apostrophes that part thousands, and without a sign of per cent."""
+    if cell.isascii() and " " not in cell and "'" not in cell and "%" not in cell:
         return cell
-    return re.sub(r"(?<=\d)[ '\u2019\u00a0\u202f](?=\d{3}(?!\d))", "", cell)
+    return re.sub(r"(?<=\d)[ '\u2019\u00a0\u202f](?=\d{3}(?!\d))", "", _PER_CENT.sub("", cell))
 
 
 def _begin(path: Path, lines: Sequence[str], single: bool) -> tuple[int, str]:
@@ -558,7 +571,7 @@ def _heads(lines: Sequence[str], delimiter: str, width: int, filled: int) -> tup
         units = [None, *(_unit_text(cell) or None for cell in labelled[1:])]
         nearest = [cells for cells in nearest if cells != labelled]
     nearest = [cells for cells in fitted if len(cells) == width and cells[0].lower() in NAME_LABELS] or nearest
-    named = nearest and any(re.search("[A-Za-z]", cell) for cell in nearest[0])
+    named = nearest and any(letter.isalpha() for cell in nearest[0] for letter in cell)
     names = nearest[0] if named else [str(i + 1) for i in range(width)] if any(units) else []
     heads = (
         _head(cell, None) if unit is None else replace(head_of(cell, unit), text=cell)
@@ -578,6 +591,29 @@ def _with_clock_unit(
         return heads
     heads = heads or tuple(Head(str(j + 1), text=str(j + 1)) for j in range(width))
     return (*heads[:clock], replace(heads[clock], unit=unit), *heads[clock + 1 :])
+
+
+def _with_per_cent(
+    path: Path, heads: tuple[Head, ...], body: Sequence[tuple[int, list[str]]], width: int
+) -> tuple[Head, ...]:
+    """The heads with % as the unit of columns whose cells bear it: 0.15% below "Strain [%]", or below no unit.
+
+    Raises MeasuredError where some numbers of a column bear it and some do not, or its head gives another unit.
+    """
+    for j in range(width):
+        signed = {bool(_PER_CENT.search(cells[j])): i for i, cells in body if _number(cells[j], "")}
+        if True not in signed:
+            continue
+        heads = heads or tuple(Head(str(k + 1), text=str(k + 1)) for k in range(width))
+        said = heads[j].unit or heads[j].foreign
+        if False in signed or said not in ("", "%"):
+            beside = f"line {signed[False]} has no such sign" if False in signed else f"its head says {said}"
+            raise MeasuredError(
+                f'{path}, line {signed[True]}: a number of column "{heads[j].name}" bears a sign of per cent, and '
+                f"{beside}; write all its numbers in one unit, and that into the head"
+            )
+        heads = (*heads[:j], replace(heads[j], unit="%"), *heads[j + 1 :])
+    return heads
 
 
 def _refuse_common_factor(path: Path, above: Sequence[str]) -> None:
@@ -677,7 +713,7 @@ def head_of(name: str, unit: str | None) -> Head:
         return _head(name, None)
     if _is_unit(unit):
         return Head(name, _ratio(unit), name)
-    return Head(name, None, name, unit if _measures_something(unit) else "")
+    return _foreign_head(name, unit, name) or Head(name, None, name)
 
 
 def _head(cell: str, unit: str | None) -> Head:
@@ -686,9 +722,15 @@ def _head(cell: str, unit: str | None) -> Head:
         if unit is None and _is_unit(match["unit"]) and not _is_quotient(cell):
             return Head(match["name"].strip(), _ratio(match["unit"].strip()), cell)
     bracket = _UNIT[0].fullmatch(cell.strip())
-    if unit is None and bracket is not None and _measures_something(bracket["unit"]):
-        return Head(bracket["name"].strip(), None, cell, bracket["unit"].strip())
+    if unit is None and bracket is not None:
+        return _foreign_head(bracket["name"].strip(), bracket["unit"].strip(), cell) or Head(cell, None, cell)
     return Head(cell, unit, cell)
+
+
+def _foreign_head(name: str, unit: str, text: str) -> Head | None:
+    """A head whose unit measures nothing used here, or is in the wrong case; None for a text that is no unit."""
+    likely = usual(unit)
+    return Head(name, None, text, unit, likely) if likely or _measures_something(unit) else None
 
 
 def _is_quotient(cell: str) -> bool:

@@ -10,12 +10,29 @@ from birdstrike.data.errors import MeasuredError
 _MINUS = re.compile(r"[\u2212\u2012\u2013](?=[\d.])")
 """A minus sign as typesetting programs write it."""
 
-EAST_ASIAN = {"gb2312": "GBK (Chinese)", "cp932": "Shift-JIS (Japanese)", "gb18030": "GB18030 (Chinese)"}
-"""Encodings of two bytes a sign that are recognised, in the order in which they are tried: each takes hardly a text of
-those before it for one of its own."""
-WESTERN = {"cp1252": "Windows-1252 (Western European)", "latin-1": "Latin-1 (Western European)"}
+GUESSES = {
+    "gb2312": "GBK (Chinese)",
+    "cp932": "Shift-JIS (Japanese)",
+    "cp1253": "Windows-1253 (Greek)",
+    "cp1251": "Windows-1251 (Cyrillic)",
+    "gb18030": "GB18030 (Chinese)",
+    "cp1252": "Windows-1252 (Western European)",
+    "latin-1": "Latin-1 (Western European)",
+}
+"""Encodings that are recognised, in the order in which they are tried: each takes hardly a text of those behind it for
+one of its own, and the last any."""
 EXAMPLES = "utf-8, cp1252, gb18030, big5, shift_jis, euc_jp or euc_kr"
 _IDEOGRAPHS = re.compile("[\u3040-\u30ff\u3400-\u9fff]+")
+_BEYOND_ASCII = re.compile("[^\0-\x7f]")
+_WORDS = re.compile(r"[^\W\d_]+")
+_GREEK = re.compile("[\u0386-\u03ce]+")
+_ACCENTS = re.compile("[\u0386\u0388-\u038f\u0390\u03ac-\u03b0\u03cc-\u03ce]")
+_CYRILLIC = re.compile("[\u0410-\u044f\u0401\u0451]?[\u0430-\u044f\u0451]+|[\u0410-\u042f\u0401]+")
+"""A word of Cyrillic letters, small ones but for the first, or all large."""
+SHORT = 3
+"""Letters of the longest Greek words that may have no accent."""
+SECOND_LEVEL = 0xD8
+"""First byte of the rare signs of GB 2312."""
 _BEYOND = re.compile("[^\0-\u04ff\u2000-\u22ff\u3000-\u303f\uff00-\uff60\uffe0-\uffef]")
 """Signs that are neither Latin, Greek or Cyrillic, nor punctuation of any width."""
 
@@ -62,11 +79,10 @@ def _decoded(content: bytes) -> tuple[str, str]:
         text = _in(sure, content) if sure else None
         if text is not None and "\0" not in text:
             return text, ""
-    guesses = EAST_ASIAN | WESTERN
     return next(
         (text, words)
-        for name, words in guesses.items()
-        if (text := _in(name, content)) is not None and (name in WESTERN or _reads_as_words(text))
+        for name, words in GUESSES.items()
+        if (text := _in(name, content)) is not None and _READS.get(name, _reads)(text)
     )
 
 
@@ -76,6 +92,39 @@ def _in(encoding: str, content: bytes) -> str | None:
         return content.decode(encoding)
     except UnicodeDecodeError:
         return None
+
+
+def _reads(_text: str) -> bool:
+    """Of an encoding that is tried where no other is left."""
+    return True
+
+
+def _reads_as_chinese(text: str) -> bool:
+    """Whether a text reads as words, and half of its ideographs are of the usual ones, the first level of GB 2312.
+
+    Small Greek and Cyrillic letters, two by two, are of the second level, of rare signs.
+    """
+    signs = "".join(_IDEOGRAPHS.findall(text))
+    level = sum(sign.encode("gb2312")[0] < SECOND_LEVEL for sign in signs)
+    return _reads_as_words(text) and 2 * level >= len(signs)
+
+
+def _reads_as_greek(text: str) -> bool:
+    """Whether the long words of a text's Greek letters have one accent each, as Greek spelling wants it."""
+    words = [word for word in _WORDS.findall(text) if _GREEK.fullmatch(word)]
+    accented = [len(_ACCENTS.findall(word)) == 1 for word in words if len(word) > SHORT]
+    return len(accented) > 0 and 4 * sum(accented) >= 3 * len(accented) and _is_most_of(words, text)
+
+
+def _reads_as_cyrillic(text: str) -> bool:
+    """Whether the letters beyond ASCII stand in words of Cyrillic letters alone, as accented ones do not."""
+    return _is_most_of([word for word in _WORDS.findall(text) if _CYRILLIC.fullmatch(word)], text)
+
+
+def _is_most_of(words: list[str], text: str) -> bool:
+    """Whether words of two letters and more are all but a tenth of a text's letters beyond ASCII."""
+    found = sum(len(word) for word in words if len(word) > 1)
+    return 0 < 9 * sum(letter.isalpha() for letter in _BEYOND_ASCII.findall(text)) <= 10 * found
 
 
 def _reads_as_words(text: str) -> bool:
@@ -95,3 +144,13 @@ def _utf_16(content: bytes) -> str:
     if len(start) < 4 or len(start) % 2:
         return ""
     return {(True, False): "utf-16-be", (False, True): "utf-16-le"}.get((not any(start[::2]), not any(start[1::2])), "")
+
+
+_READS = {
+    "gb2312": _reads_as_chinese,
+    "cp932": _reads_as_words,
+    "cp1253": _reads_as_greek,
+    "cp1251": _reads_as_cyrillic,
+    "gb18030": _reads_as_words,
+}
+"""How a text looks that is in an encoding which others' texts are bytes of, too."""

@@ -233,7 +233,7 @@ def test_a_unit_in_the_wrong_case_is_told_with_the_right_one(tmp_path: Path) -> 
         read_measured(source)
     assert [line.rpartition("; ")[2] for line in caught.value.errors] == ['"ms"?', '"mm"?']
     found = invoke(source, "--sensor", "w", "--out", tmp_path / "o.csv")
-    assert 'is in MS, which is no unit; "ms"?' in found.output.replace("\n", " ")
+    assert 'is in MS; is "ms" meant? Correct the head, or write --time-unit ms' in found.output.replace("\n", " ")
 
 
 def test_a_channel_that_is_left_out_need_not_be_a_sensor_of_the_case(tmp_path: Path) -> None:

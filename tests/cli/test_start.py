@@ -179,6 +179,23 @@ def test_a_column_is_by_default_what_its_unit_or_its_name_says(tmp_path: Path) -
     assert shot.until == "0.7 ms", "0.39 ms of the record, and a little before its response is seen"
 
 
+def test_a_column_is_by_default_what_its_unit_means(tmp_path: Path) -> None:
+    """An accelerometer's was a displacement by default, and a force in KN one in millimetres."""
+    head, rows = "t [ms],ACC [gn],LC [KN]\n", "".join(f"{0.1 * i:.1f},{i},{i % 20}\n" for i in range(40))
+    (tmp_path / "a.csv").write_text(head + rows)
+    shot = Interview(Answers({"record": {"file": "a.csv"}}), factor_of).shot()
+    assert {name: column.name for name, column in shot.columns.items()} == {"reaction_force": "LC"}
+    assert shot.columns["reaction_force"].unit == "kN"
+
+
+def test_a_factor_that_a_head_states_is_asked_about(tmp_path: Path) -> None:
+    text = strained("t [ms],Weg x10^-3 [m]\n", 5.0)
+    with pytest.raises(UserError, match=r'scale is missing: .*its head states a factor, "x10\^-3"; factor: 1 where'):
+        begun(tmp_path, text)
+    found = begun(tmp_path, text, columns={"Weg x10^-3": {"scale": 1e-3}})
+    assert read_measured(found.record).channels["displacement_centre"].max() == pytest.approx(5e-3, rel=0.01)
+
+
 def test_an_encoding_that_was_guessed_may_be_stated(tmp_path: Path) -> None:
     """Traditional characters in Big5, which is taken for another encoding."""
     rows = "".join(f"{0.02 * i:.2f},{5.0 * np.sin(max(0.02 * i - 1.0, 0.0)):.4f}\n" for i in range(200))

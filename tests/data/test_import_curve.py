@@ -54,6 +54,9 @@ ROWS = "".join(f"{0.1 * i:.1f},{0.01 * i:.2f},{i}\n" for i in range(12))
         (JAPANESE, "shift_jis", "変位", "Shift-JIS (Japanese)"),
         (GERMAN, "cp1252", "Weg Rückseite – Mitte", "Windows-1252"),
         ("Temps (ms),Déplacement créé (mm),Effort cadré (µm/m)\n", "latin-1", "Déplacement créé", "Windows-1252"),
+        ("Χρόνος (ms),Μετατόπιση (mm),Παραμόρφωση (µm/m)\n", "cp1253", "Μετατόπιση", "Windows-1253 (Greek)"),
+        ("Χρόνος (ms),Θέση (mm),Δύναμη (µm/m)\n", "cp1253", "Θέση", "Windows-1253 (Greek)"),
+        ("Время (ms),Прогиб (mm),Деформация (µm/m)\n", "cp1251", "Прогиб", "Windows-1251 (Cyrillic)"),
     ],
 )
 def test_an_encoding_that_is_guessed_is_said(tmp_path: Path, head: str, encoding: str, column: str, said: str) -> None:
@@ -499,8 +502,54 @@ WRONG = [
     ("t,w_mm\n0,0\n1e-3,1\n", ImportOptions(CENTRE), r'"t" has no unit; say which: --time-unit s,'),
     ("t,w_mm\n0,0\n3000,1\n", ImportOptions(CENTRE), r'"t" has no unit; say which: --time-unit us,'),
     ("t [ms],f [kg]\n0,0\n1,1\n", ImportOptions({"f": ""}), r'in kg, a mass, .* --scale f="1 kgf/kg"'),
+    ("t [ms],a [gn]\n0,0\n1,1\n", ImportOptions({"w": ""}, units={"w": "mm"}), r"in gn: of an accelerometer, 9.80665"),
+    ("t [ms],a [Mm]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"a" is in Mm; is "mm" meant\? Correct .* --unit w=mm'),
+    ("t [Msec],a [mm]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"t" is in Msec; is "ms" meant\? .* --time-unit ms'),
+    ("t [ms],f [LBF]\n0,0\n1,1\n", ImportOptions({"f": ""}), r'"f" is in LBF; is "lbf" meant\? .* --unit f=lbf'),
+    ("t [ms],p [mPa]\n0,0\n1,1\n", ImportOptions({"p": ""}), r'"p" is in mPa; is "MPa" meant\?'),
+    ("t [ms],a x10^-3 [m]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'states a factor, "x10\^-3"; .* --scale w=NUMBER'),
+    ("t (x1e-3) [s],a [mm]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"x1e-3"; put into the head the unit of its nu'),
+    (
+        "Time(s),CH1(mm),t0 = 0 s\n,0,\n,1,\n",
+        ImportOptions(CENTRE),
+        r'column "Time" of the times is empty; name another, --time COLUMN, or, if the file has no clock, .*--rate',
+    ),
+    ("t [ms],e [%]\n0,0\n1,0.15%\n2,1%\n", ImportOptions({"e": ""}), r"line 4: .* per cent, and line 2 has no such"),
+    ("t [ms],e [um/m]\n0,0%\n1,1%\n", ImportOptions({"e": ""}), r"per cent, and its head says um/m; write all"),
     ("t_ms,a_mm\n0,1e400\n1,1\n", ImportOptions(CENTRE), r"1e400.*is not|too large|not a finite"),
 ]
+
+
+@pytest.mark.parametrize("head", ["strain [%]", "strain [-]", "strain"])
+def test_cells_that_bear_a_sign_of_per_cent_are_in_per_cent(tmp_path: Path, head: str) -> None:
+    """Text with the sign was left out; an Excel cell of 0.0015 shown as 0.15% was read as 0.0015 %."""
+    found = imported(tmp_path / "a.csv", f"t [ms],{head}\n0,0%\n1,0.15%\n2,-1.5 %\n", ImportOptions({"strain": ""}))
+    assert found.channels["strain"].tolist() == pytest.approx([0.0, 0.0015, -0.015], rel=1e-15)
+
+
+def test_a_factor_that_a_head_states_is_the_user_s_to_apply(tmp_path: Path) -> None:
+    """Readings below "Weg x10^-3 [m]" were taken for metres without a word."""
+    for scale, peak in ((1e-3, 5e-3), (1.0, 5.0)):
+        options = ImportOptions(CENTRE, scales={"displacement_centre": scale})
+        found = imported(tmp_path / "a.csv", "t [ms],Weg x10^-3 [m]\n0,0\n1,5\n", options)
+        assert found.channels["displacement_centre"].tolist() == [0.0, peak]
+    plain = imported(tmp_path / "a.csv", "t [ms],w_x100_y50 [mm]\n0,0\n1,5\n", ImportOptions(CENTRE))
+    assert plain.channels["displacement_centre"].tolist() == [0.0, 5e-3]
+
+
+@pytest.mark.parametrize(
+    "head", ["时间（ms）,位移（mm）", "時間［ms］,変位［mm］", "Время [ms];Прогиб [mm]".replace(";", ",")]
+)
+def test_names_and_brackets_of_other_scripts(tmp_path: Path, head: str) -> None:
+    name = head.partition(",")[2][:-4].strip()
+    found = imported(tmp_path / "a.csv", f"{head}\n0,0\n1,5\n", ImportOptions({"displacement_centre": name}))
+    assert found.channels["displacement_centre"].tolist() == [0.0, 5e-3]
+    bare = f"时间,位移,力\n{ROWS}"
+    units = {"time": "ms", "displacement_centre": "mm"}
+    found = imported(tmp_path / "b.csv", bare, ImportOptions({"displacement_centre": "位移"}, units=units))
+    assert found.channels["displacement_centre"][-1] == pytest.approx(0.11e-3), (
+        "its heads were left out: columns 1, 2, 3"
+    )
 
 
 @pytest.mark.parametrize(("text", "options", "why"), WRONG)
@@ -678,8 +727,8 @@ def test_a_column_is_named_as_it_stands_in_the_file_or_without_its_unit(tmp_path
 def test_a_column_whose_unit_is_unknown_has_its_name_and_a_fitting_remedy(
     tmp_path: Path, sensor: str, unit: str
 ) -> None:
-    with pytest.raises(UserError, match=rf'"F \[KN\]" has no unit; say which: --unit {sensor}={unit}'):
-        imported(tmp_path / "a.csv", "t_ms,F [KN],G [KN]\n0,1,5\n1,2,6\n", ImportOptions({sensor: "f"}))
+    with pytest.raises(UserError, match=rf'"F \[kp\]" has no unit; say which: --unit {sensor}={unit}'):
+        imported(tmp_path / "a.csv", "t_ms,F [kp],G [kp]\n0,1,5\n1,2,6\n", ImportOptions({sensor: "f"}))
 
 
 @pytest.mark.parametrize("asked", ["CH1 [V]", "ch1"])

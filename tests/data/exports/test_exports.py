@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -15,7 +16,7 @@ from typer.testing import CliRunner
 from birdstrike.cli.app import app
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MeasuredError, UserError
-from birdstrike.data.import_curve import ImportOptions, import_record
+from birdstrike.data.import_curve import ImportOptions, import_record, read_export
 
 TIME = 1e-5 * np.arange(200)
 WAVE = 4e-3 * np.sin(np.pi * TIME / 2e-3)  # m
@@ -41,6 +42,37 @@ def test_matlab_vectors_and_structs(tmp_path: Path) -> None:
     savemat(tmp_path / "b.mat", {"shot": {"time": 1e3 * TIME, "data": np.stack([0 * WAVE, 1e3 * WAVE], axis=1)}})
     options = ("--table", "shot", "--sensor", f"{CENTRE}=data 2", "--unit", "mm", "--time-unit", "ms")
     is_the_wave(imported(tmp_path / "b.mat", *options))
+
+
+def test_matrices_of_simulink_and_arrays_of_structs(tmp_path: Path) -> None:
+    """A wide matrix was read as 200 columns of two numbers; channels of a struct array were passed over."""
+    options = ("--sensor", f"{CENTRE}=data 2", "--unit", "mm", "--time-unit", "s")
+    savemat(tmp_path / "a.mat", {"data": np.stack([TIME, 1e3 * WAVE])})
+    found = imported(tmp_path / "a.mat", *options)
+    is_the_wave(found)
+    assert any("of data the rows are the channels" in line for line in found.provenance)
+    channels = [{"name": "force", "data": 0 * WAVE}, {"name": "laser", "data": 1e3 * WAVE}]
+    savemat(tmp_path / "b.mat", {"t": TIME, "ch": channels})
+    is_the_wave(imported(tmp_path / "b.mat", "--sensor", f"{CENTRE}=ch(2).data", *options[2:]))
+    with h5py.File(tmp_path / "c.mat", "w") as file:
+        file["t"], file["of 1"], file["of 2"] = TIME[None], 0 * WAVE[None], 1e3 * WAVE[None]
+        cells = file.create_dataset("ch", (2, 1), dtype=h5py.ref_dtype)
+        cells[:, 0] = [file["of 1"].ref, file["of 2"].ref]
+        file["text"] = np.full((200, 1), 119, dtype=np.uint16)
+        file["text"].attrs["MATLAB_class"] = np.bytes_("char")
+    read = imported(tmp_path / "c.mat", "--sensor", f"{CENTRE}=ch(2)", *options[2:])
+    is_the_wave(read)
+    assert "text" not in read_export(tmp_path / "c.mat", ImportOptions({}))[0].names, "text was a column of numbers"
+
+
+def test_complex_numbers_of_matlab_are_left_out_and_said(tmp_path: Path) -> None:
+    """Their imaginary parts were dropped without a word; a file that then held the clock alone, in a traceback."""
+    savemat(tmp_path / "a.mat", {"t": TIME, "w": WAVE + 1j, "v": WAVE})
+    units = {"time": "s", CENTRE: "m"}
+    assert import_record(tmp_path / "a.mat", ImportOptions({CENTRE: ""}, units=units)).channels[CENTRE] @ WAVE > 0
+    savemat(tmp_path / "a.mat", {"t": TIME, "w": WAVE + 1j})
+    with pytest.raises(MeasuredError, match=r"has no column beside its clock .*: t; columns of complex .* left out: w"):
+        import_record(tmp_path / "a.mat", ImportOptions({CENTRE: ""}, units=units))
 
 
 def test_tdms_channels_with_their_units_and_clock(tmp_path: Path) -> None:
@@ -127,12 +159,17 @@ def test_a_sheet_of_excel(tmp_path: Path) -> None:
     sheet.append(["Time (ms)", "Disp Z (mm)"])
     for t, w in zip(1e3 * TIME, 1e3 * WAVE, strict=True):
         sheet.append([float(t), float(w)])
+    for row, shown in ((2, "Strain [%]"), *((i, 15e-6 * i) for i in range(3, 203))):
+        sheet.cell(row, 3, shown).number_format = "0.00%"
     workbook.create_sheet("Notes")
     workbook.save(tmp_path / "a.xlsx")
-    is_the_wave(imported(tmp_path / "a.xlsx", "--table", "Sheet", "--sensor", f"{CENTRE}=Disp Z (mm)"))
-    found = CliRunner().invoke(app, ["import", str(tmp_path / "a.xlsx"), "--sensor", CENTRE, "--out", "o.csv"])
-    assert found.exit_code == 1
-    assert 'holds 2 sheets; choose one: --table "Sheet"' in found.output
+    options = ("--table", "Sheet", "--sensor", f"{CENTRE}=Disp Z (mm)", "--sensor", "strain=Strain")
+    found = imported(tmp_path / "a.xlsx", *options)
+    is_the_wave(found)
+    assert found.channels["strain"][-1] == pytest.approx(15e-6 * 202), "a fraction that is shown as 0.30%"
+    said = CliRunner().invoke(app, ["import", str(tmp_path / "a.xlsx"), "--sensor", CENTRE, "--out", "o.csv"])
+    assert said.exit_code == 1
+    assert 'holds 2 sheets; choose one: --table "Sheet"' in said.output
     with pytest.raises(MeasuredError, match=r"birdstrike import .*a\.xlsx --sensor"):
         read_measured(tmp_path / "a.xlsx")
 
