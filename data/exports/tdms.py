@@ -2,27 +2,39 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from nptdms import TdmsChannel, TdmsFile  # pyright: ignore[reportMissingImports] (an optional extra)
 
-from birdstrike.data.errors import MeasuredError
+from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.exports.columns import NamedColumn, chosen, table_of
+from birdstrike.data.histories import Array
 from birdstrike.data.tables.loose_table import LooseTable
 
 
 def read(path: Path, table: str) -> LooseTable:
-    """Channels with their unit_string; the clocks of their waveforms, each once, where no channel is the time."""
+    """Channels with their unit_string; the clocks of their waveforms, each once, where no channel is the time.
+
+    A channel of dates counts in seconds from its first one.
+    """
     try:
-        file = TdmsFile.read(path)
-    except Exception as error:  # the library raises a dozen types for a file that is none
-        raise MeasuredError(f"{path} cannot be read as TDMS: {error}") from error
+        return _read(path, table)
+    except UserError:
+        raise
+    except Exception as error:  # the library raises a dozen types for a file that is none, or damaged
+        raise MeasuredError(f"{path} cannot be read as TDMS: {error!r}") from error
+
+
+def _read(path: Path, table: str) -> LooseTable:
+    file = TdmsFile.read(path, raw_timestamps=True)  # else they are cut to microseconds
     groups = {group.name: group for group in file.groups() if group.channels()}
     group = groups[chosen(path, list(groups), table, "group")]
-    channels = [channel for channel in group.channels() if np.issubdtype(channel.dtype, np.number)]
-    named = any(channel.name.lower().startswith(("time", "zeit")) for channel in channels)
+    dated = [c for c in group.channels() if len(c) and np.issubdtype(c.dtype, np.datetime64)]
+    channels = [c for c in group.channels() if c in dated or np.issubdtype(c.dtype, np.number)]
+    named = bool(dated) or any(channel.name.lower().startswith(("time", "zeit")) for channel in channels)
     length = max((len(channel) for channel in channels), default=0)
     columns, clock = list[NamedColumn](), None
     for channel in channels:
@@ -30,9 +42,21 @@ def read(path: Path, table: str) -> LooseTable:
             clock = own
             columns.append(_times(channel, channels[0], length))
         values = np.full(length, np.nan)
-        values[: len(channel)] = channel[:]
-        columns.append(NamedColumn(channel.name, values, channel.properties.get("unit_string") or None))
-    return table_of(path, columns, [f"TDMS, group {group.name}"])
+        values[: len(channel)] = _since(channel[0], channel[:]) if channel in dated else channel[:]
+        unit = "s" if channel in dated else channel.properties.get("unit_string") or None
+        columns.append(NamedColumn(channel.name, values, unit))
+    read = table_of(path, columns, [f"TDMS, group {group.name}"])
+    firsts = {channel.name: channel[0] for channel in dated}
+    remarks = (
+        f"column {name}: times of day were read, and count from the first row, {at}" for name, at in firsts.items()
+    )
+    return replace(read, remarks=(*read.remarks, *remarks))
+
+
+def _since(first: Any, dates: Any) -> Array:
+    """Seconds from one instant to others (n,), or to another, which stand as seconds and parts of 2^-64 s."""
+    parts = np.asarray(dates.second_fractions, dtype=float) - float(first.second_fractions)
+    return np.asarray(dates.seconds, dtype=float) - float(first.seconds) + parts * 2.0**-64
 
 
 def _clock(channel: TdmsChannel) -> tuple[Any, ...] | None:
@@ -48,5 +72,5 @@ def _times(channel: TdmsChannel, first: TdmsChannel, count: int) -> NamedColumn:
     of, zero = channel.properties, first.properties
     begin = float(of.get("wf_start_offset", 0.0))
     if "wf_start_time" in of and "wf_start_time" in zero:
-        begin += float((of["wf_start_time"] - zero["wf_start_time"]) / np.timedelta64(1, "ns")) * 1e-9
+        begin += float(_since(zero["wf_start_time"], of["wf_start_time"]))
     return NamedColumn("time", begin + float(of["wf_increment"]) * np.arange(count), "s")

@@ -65,10 +65,10 @@ _BRACKET = r"[\[(\uff3b\uff08](?P<unit>[^\])\uff3d\uff09]*)[\])\uff3d\uff09]"
 _IN_BRACKETS = re.compile(rf"\s*{_BRACKET}\s*$")
 _FORTRAN = re.compile(r"[dD]|[\d.][+-]")
 _CLOCK = re.compile(
-    r"(?:\S+[ T]+)?(?:(?P<hours>\d{1,2}):)?(?P<minutes>\d{1,2}):(?P<seconds>\d{1,2}(?:[.,]\d+)?)"
+    r"(?:\S+[ T]+)?(?:(?P<hours>\d{1,2}):)?(?P<minutes>\d{1,2}):(?P<seconds>\d{1,2}(?:[.,]\d+|:\d{3}(?:\d{3})?)?)"
     r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?(?:Z|[+-]\d\d:?\d\d)?"
 )
-"""hh:mm:ss.ffffff or mm:ss.ffffff, with or without a date before it, AM or PM, or the zone, behind it."""
+"""hh:mm:ss.ffffff, hh:mm:ss:fff or mm:ss.ffffff, with or without a date before it, AM or PM, or the zone, behind it."""
 
 _CLOCK_PATTERN = re.compile(r"(?:[DdMmYy./\-]+[ T]+)?[Hh]{1,2}:[Mm]{1,2}(?::[Ss]{1,2}(?:[.,][Ff0SsMm]+)?)?")
 """How some loggers write in the row of units what their clock looks like: hh:mm:ss.fff, dd.mm.yyyy hh:mm:ss."""
@@ -309,16 +309,16 @@ def _with_clocks(table: LooseTable) -> LooseTable:
     remarks = list(table.remarks)
     for j in clocks:
         begin = next(cells[j] for cells in rows if ":" in cells[j])
-        days, last, zero = 0, Decimal(0), _seconds(begin)
+        rounds, last, zero, whole = 0, Decimal(0), _seconds(begin), _round(begin)
         for (line, _), cells in zip(table.rows, rows, strict=True):
             if not cells[j]:
                 continue
             if ":" not in cells[j]:
                 raise MeasuredError(f'{table.path}, line {line}: "{cells[j]}" is no time of day such as "{begin}"')
             now = _seconds(cells[j])
-            days += now < last - HALF_A_DAY
+            rounds += now < last - whole / 2
             last = now
-            cells[j] = str(now + 2 * HALF_A_DAY * days - zero)
+            cells[j] = str(now + whole * rounds - zero)
         heads[j] = replace(heads[j], unit="s")
         remarks.append(f"column {heads[j].name}: times of day were read, and count from the first row, {begin}")
     lines = (line for line, _ in table.rows)
@@ -330,8 +330,10 @@ def _with_clocks(table: LooseTable) -> LooseTable:
     )
 
 
-HALF_A_DAY = Decimal(43200)
-"""[s] A clock that goes back by more has passed midnight."""
+def _round(cell: str) -> Decimal:
+    """Seconds after which a time of day begins again: those of a day, or of an hour where it gives no hours."""
+    match = _CLOCK.fullmatch(cell)
+    return Decimal(86400 if match and match["hours"] else 3600)
 
 
 def _seconds(cell: str) -> Decimal:
@@ -342,7 +344,7 @@ def _seconds(cell: str) -> Decimal:
     if match["half"]:
         hours = hours % 12 + (12 if match["half"] in "Pp" else 0)
     minutes = 60 * hours + int(match["minutes"])
-    return 60 * minutes + Decimal(match["seconds"].replace(",", "."))
+    return 60 * minutes + Decimal(re.sub("[,:]", ".", match["seconds"]))
 
 
 def _marks(path: Path, body: Sequence[tuple[int, list[str]]], width: int, stated: str) -> tuple[str, ...]:

@@ -672,11 +672,13 @@ def test_points_that_may_part_thousands_are_asked_about(tmp_path: Path) -> None:
     [
         ("11:59:59.9999 AM", "12:00:00.0001 PM", "12:00:00.0002 PM"),
         ("23:59:59.9999", "00:00:00.0001", "00:00:00.0002"),
+        ("59:59.9999", "00:00.0001", "00:00.0002"),
+        ("10:15:30:125100", "10:15:30:125300", "10:15:30:125400"),
         ("2026-11-21 10:00:00.0001", "2026-11-21 10:00:00.0003", "2026-11-21 10:00:00.0004"),
         ("2026-11-21T10:00:00.0001Z", "2026-11-21T10:00:00.0003Z", "2026-11-21T10:00:00.0004Z"),
         ("10:00:00.0001+01:00", "10:00:00.0003+01:00", "10:00:00.0004+01:00"),
     ],
-    ids=["AM and PM", "over midnight", "with a date", "in UTC", "with a zone"],
+    ids=["AM and PM", "over midnight", "over the hour", "with a colon", "with a date", "in UTC", "with a zone"],
 )
 def test_a_clock_of_the_day_counts_from_its_first_row(tmp_path: Path, stamps: tuple[str, ...]) -> None:
     rows = "".join(f"{stamp},{i}\n" for i, stamp in enumerate(stamps))

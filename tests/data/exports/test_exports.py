@@ -83,6 +83,26 @@ def test_tdms_channels_with_their_units_and_clock(tmp_path: Path) -> None:
     is_the_wave(imported(tmp_path / "a.tdms", "--sensor", f"{CENTRE}=laser"))
 
 
+def test_dates_of_tdms_are_a_clock_and_a_damaged_scale_is_the_users_error(tmp_path: Path) -> None:
+    """The channel of dates was passed over, and the laser taken for the clock; the damage ended in a traceback."""
+    nptdms: Any = pytest.importorskip("nptdms")
+    dates = np.datetime64("2026-11-21T10:15:30") + (1e9 * TIME).round().astype("timedelta64[ns]")
+    laser = nptdms.ChannelObject("G", "laser", 1e3 * WAVE, {"unit_string": "mm"})
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as file:
+        file.write_segment([nptdms.ChannelObject("G", "Time", dates), laser])
+    found = imported(tmp_path / "a.tdms", "--sensor", f"{CENTRE}=laser")
+    is_the_wave(found)
+    assert any(
+        "times of day were read, and count from the first row, 2026-11-21T10:15:30" in x for x in found.provenance
+    )
+    scale = {"Scale_Type": "Linear", "Linear_Slope": 0.1, "Linear_Y_Intercept": 0.0, "Linear_Input_Source": 0}
+    broken = {"NI_Number_Of_Scales": 2, "unit_string": "mm"} | {f"NI_Scale[1]_{key}": v for key, v in scale.items()}
+    with nptdms.TdmsWriter(tmp_path / "b.tdms") as file:
+        file.write_segment([nptdms.ChannelObject("G", "laser", np.arange(9, dtype=np.int16), broken)])
+    with pytest.raises(MeasuredError, match=r"b\.tdms cannot be read as TDMS: KeyError"):
+        import_record(tmp_path / "b.tdms", ImportOptions({CENTRE: ""}, rate="1 kHz"))
+
+
 @pytest.mark.parametrize(
     "other",
     [{"wf_increment": 2e-5}, {"wf_start_offset": -1e-3}, {"wf_start_time": np.datetime64("2026-03-12T10:00:00.005")}],
