@@ -51,6 +51,10 @@ from birdstrike.solver.sensors.strain import DIRECTION
 from birdstrike.solver.target.supports import NAMED
 
 LEAVE, RECORD, FOUND = "leave", "record", "found"
+CODES, FEWEST = 2, 20
+"""Codes for lost readings that a column may have, and readings from which on one is looked for."""
+BY_IMPORT = 'make a record of it by birdstrike import with --rate "200 kHz", and start from that'
+"""What to do with a file without a clock, which no question is about."""
 KIND_OF_UNIT = {"m": "displacement", "": "strain", "N": "reaction_force", "Pa": "pressure"}
 """SI unit of a column -> what it most likely is."""
 
@@ -245,15 +249,27 @@ class Interview:
     def _time(self, table: LooseTable, names: tuple[str, ...]) -> dict[str, str]:
         """The clock's column and, where its head gives none, its unit."""
         units = [_si(head.unit) for head in table.heads] or [None] * table.width
-        likely = names[first_clock(table)]
-        name = self.ask(("record", "time"), "Column of the clock", likely, _one_of(names), ", ".join(names))
+        place = first_clock(table)
+        likely, text = names[place], "Column of the clock"
+        if units[place] not in (None, "s"):
+            likely, text = None, f"{text} (if the file has none, {BY_IMPORT})"
+
+        def check(value: Any) -> str:
+            unit = units[table.index(chosen := _one_of(names)(value))]
+            if unit not in (None, "s"):
+                raise UserError(
+                    f"is no time by its unit; choose the clock's column, or, if the file has none, {BY_IMPORT}"
+                )
+            return chosen
+
+        name = self.ask(("record", "time"), text, likely, check, ", ".join(names))
         if units[table.index(name)] == "s":
             return {"time": name, "time_unit": ""}
-        check, allowed = of_choice("s", "ms", "us")
+        of_time, allowed = of_choice("s", "ms", "us")
         likely = table.likely_time_unit(table.index(name))
         return {
             "time": name,
-            "time_unit": self.ask(("record", "time_unit"), "Unit of the clock", likely, check, allowed),
+            "time_unit": self.ask(("record", "time_unit"), "Unit of the clock", likely, of_time, allowed),
         }
 
     def _column(
@@ -288,6 +304,7 @@ class Interview:
             own = "displacement_centre" if kind == "displacement" else kind
             free = own if own not in found else f"{kind}_{sum(c.sensor['kind'] == kind for c in found.values()) + 1}"
             name = self.ask((*place, "name"), f"{shown}: name of the sensor", free, _new_name(found))
+        values = _sound(values)
         reached = float(np.abs(values).max(initial=0.0))
         given = "" if ready else self._unit(place, shown, kind, head, reached)
         turned = kind == "displacement" and _downwards(values)
@@ -470,7 +487,12 @@ def _record(record: Path, columns: Mapping[str, Column], clock: Mapping[str, str
     sensors = {name: column.name for name, column in columns.items()}
     factors = dict.fromkeys(columns, 1.0)  # those of the answers multiply the record
     options = ImportOptions(sensors, clock["time"], units, factors, decimal=decimal, per=per, encoding=encoding)
-    return import_record(record, options)
+    try:
+        return import_record(record, options)
+    except MeasuredError as error:
+        if "--rate" not in str(error):
+            raise
+        raise MeasuredError([*error.errors, f"{BY_IMPORT[0].upper()}{BY_IMPORT[1:]}"]) from error
 
 
 def _table(record: Path, decimal: str = "", encoding: str = "") -> LooseTable:
@@ -516,6 +538,19 @@ def _values(table: LooseTable, column: int) -> Array:
     return np.array([size * float(cells[column]) for _, cells in table.rows if cells[column]])
 
 
+def _sound(values: Array) -> Array:
+    """Readings (n,) without a code for lost ones, such as -999: one value, farther off all others than they differ."""
+    for _ in range(CODES):
+        if len(values) < FEWEST:
+            break
+        code = values[int(np.argmax(np.abs(values - np.median(values))))]
+        others = values[values != code]
+        if not len(others) or float(np.abs(others - code).min()) <= float(np.ptp(others)):
+            break
+        values = others
+    return values
+
+
 def _downwards(values: Array) -> bool:
     """Whether the reading that differs most from the first ones is below them."""
     if not len(values):
@@ -551,7 +586,8 @@ def _readable(value: Any) -> str:
             _table(path)
         except MeasuredError as error:
             if "--decimal" not in str(error):
-                raise UserError([f"cannot be read: {line}" for line in error.errors]) from error
+                remedy = f"; {BY_IMPORT}" if "--rate" in str(error) else ""
+                raise UserError([f"cannot be read: {line}{remedy}" for line in error.errors]) from error
     return str(path)
 
 

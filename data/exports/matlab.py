@@ -19,7 +19,7 @@ from birdstrike.data.tables.loose_table import LooseTable
 
 def read(path: Path, table: str) -> LooseTable:
     """Every vector, and every column of a matrix ("data 2"), of a wide one every row; table: the struct or array that
-    holds them. The elements of struct arrays and cells are called as in MATLAB, "ch(2).data".
+    holds them. The elements of struct arrays and cells are called as in MATLAB, "ch(2).data" and "ch{2}".
     """
     try:
         content = _content(path)
@@ -65,9 +65,14 @@ def _columns(content: Mapping[str, Any], above: str = "") -> Iterator[tuple[Name
         if isinstance(value, Mapping):
             yield from _columns(value, f"{full}.")
         elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype.kind == "O"):
-            yield from _columns({f"{full}({i})": one for i, one in enumerate(value, 1)})
+            yield from _columns({_element(full, i, one): one for i, one in enumerate(value, 1)})
         else:
             yield from _numbers(full, np.atleast_1d(np.squeeze(np.asarray(value))))
+
+
+def _element(name: str, number: int, value: Any) -> str:
+    """An element of a struct array, ch(2), or of a cell, ch{2}, as in MATLAB."""
+    return f"{name}({number})" if isinstance(value, Mapping) else f"{name}{{{number}}}"
 
 
 def _numbers(name: str, values: Array) -> Iterator[tuple[NamedColumn, str]]:

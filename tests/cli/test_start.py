@@ -188,6 +188,23 @@ def test_a_column_is_by_default_what_its_unit_means(tmp_path: Path) -> None:
     assert shot.columns["reaction_force"].unit == "kN"
 
 
+@pytest.mark.parametrize("code", ["-999", "-9999.25"])
+def test_a_code_for_lost_readings_does_not_turn_a_curve_round(tmp_path: Path, code: str) -> None:
+    """The largest reading was the code, below zero, and -1 the factor by default."""
+    rows = [f"{0.02 * i:.2f},{5.0 * np.sin(max(0.02 * i - 1.0, 0.0)):.4f}" for i in range(200)]
+    rows[::7] = [f"{0.02 * i:.2f},{code}" for i in range(0, 200, 7)]
+    (tmp_path / "a.csv").write_text("\n".join(["t [ms],w [mm]", *rows]))
+    shot = Interview(Answers({"record": {"file": "a.csv"}}), factor_of).shot()
+    assert shot.columns["displacement_centre"].scale == "1"
+
+
+@pytest.mark.parametrize("text", ["w [mm],F [kN]\n" + "0.1,2\n0.2,3\n" * 9, "w\n" + "0.1\n0.2\n" * 9])
+def test_a_file_without_a_clock_is_sent_to_import(tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(UserError, match=r"make a record of it by birdstrike import with --rate"):
+        Interview(Answers({"record": {"file": "a.csv"}}), factor_of).shot()
+
+
 def test_a_factor_that_a_head_states_is_asked_about(tmp_path: Path) -> None:
     text = strained("t [ms],Weg x10^-3 [m]\n", 5.0)
     with pytest.raises(UserError, match=r'scale is missing: .*its head states a factor, "x10\^-3"; factor: 1 where'):

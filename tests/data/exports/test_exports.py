@@ -60,7 +60,7 @@ def test_matrices_of_simulink_and_arrays_of_structs(tmp_path: Path) -> None:
         cells[:, 0] = [file["of 1"].ref, file["of 2"].ref]
         file["text"] = np.full((200, 1), 119, dtype=np.uint16)
         file["text"].attrs["MATLAB_class"] = np.bytes_("char")
-    read = imported(tmp_path / "c.mat", "--sensor", f"{CENTRE}=ch(2)", *options[2:])
+    read = imported(tmp_path / "c.mat", "--sensor", f"{CENTRE}=ch{{2}}", *options[2:])
     is_the_wave(read)
     assert "text" not in read_export(tmp_path / "c.mat", ImportOptions({}))[0].names, "text was a column of numbers"
 
