@@ -182,7 +182,8 @@ def dropouts(values: Array) -> NDArray[np.bool_]:
             for begin, end in zip(begins, ends, strict=True)
             if end - begin <= DROPOUT_RUN
         }
-        if sum(end - begin for (begin, end), off in short.items() if off > usual) >= DROPOUTS:
+        inner = {place: off for place, off in short.items() if place[0] > 0 and place[1] < len(values)}
+        if sum(end - begin for (begin, end), off in inner.items() if off > usual) >= DROPOUTS:
             for (begin, end), off in short.items():
                 marked[begin:end] = off > DROPOUT_TOO * usual
     return marked
@@ -201,10 +202,10 @@ def _far_from_any_around(values: Array, usual: float) -> NDArray[np.bool_]:
 
 
 def _off_those_around(values: Array, lost: NDArray[np.bool_], begin: int, end: int) -> float:
-    """How far the lost readings begin .. end lie off the readings on both sides, by the nearer side."""
+    """How far the lost readings begin .. end lie off the readings on both sides, by the nearer side that there is."""
     sides = (slice(max(begin - AROUND, 0), begin), slice(end, end + AROUND))
     others = [values[side][~lost[side]] for side in sides]
-    return min(abs(float(values[begin] - np.median(part))) if len(part) else 0.0 for part in others)
+    return min((abs(float(values[begin] - np.median(part))) for part in others if len(part)), default=0.0)
 
 
 def jumps(times: Array, values: Array) -> NDArray[np.intp]:

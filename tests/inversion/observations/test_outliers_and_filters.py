@@ -87,6 +87,17 @@ def test_lost_samples_are_found_and_a_coarse_converter_has_none() -> None:
     np.testing.assert_array_equal(np.flatnonzero(dropouts(values)), lost)
 
 
+def test_a_code_for_lost_samples_is_one_at_a_record_s_ends_too() -> None:
+    """The first and the last reading were kept for the plate's motion, which then jumps."""
+    clock = np.arange(0.3e-3, 2.6e-3, STEP)
+    values = record(truth(0.5), clock, noise=2e-5).channels[CHANNEL]
+    code = np.array([0, 1, 100, 180, 300, len(values) - 1])
+    values[code] = -0.999
+    np.testing.assert_array_equal(np.flatnonzero(dropouts(values)), code)
+    pulse = np.concatenate([np.zeros(3), 50e3 * np.exp(-np.arange(200) / 50.0)])  # N, from one sample to the next
+    assert not dropouts(pulse).any()
+
+
 def test_levels_of_a_fine_converter_without_lost_samples_are_not_looked_at_one_by_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
