@@ -30,7 +30,7 @@ def command(
     doe: Annotated[
         Path, typer.Argument(metavar="DOE", help="Campaign of the case (run-doe); all its sensors are used.")
     ],
-    out: Annotated[Path, typer.Option(help="Folder for comparison.json, comparison.md and the runs paid.")],
+    out: Annotated[Path, typer.Option(help="Folder for comparison.json, comparison.md and the runs that are made.")],
     case: Annotated[
         str | None, typer.Option(help="The case, whose own values are the truth; the campaign's own by default.")
     ] = None,

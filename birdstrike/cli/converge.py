@@ -1,4 +1,4 @@
-"""`birdstrike converge`: how much of a case's answer the mesh makes, by three meshes and the grid convergence index."""
+"""`birdstrike converge`: the discretisation error of a case, by three meshes and the grid convergence index."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def command(
     retry_failed: RetryFailed = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Say how much of a case's answer the mesh makes: observed order, extrapolated value, grid convergence index.
+    """Estimate a case's discretisation error: observed order, extrapolated value, grid convergence index.
 
     Example: birdstrike converge reference_strike --out meshes --ratio 1.3
     """

@@ -75,7 +75,10 @@ def command(
     channels: Channels = "",
     alpha: Annotated[float, typer.Option(help="Rate of false alarms.")] = 0.05,
     refine: Annotated[
-        str, typer.Option(help="Runs that may be added near the fits; auto: up to 10 a case, while they pay.")
+        str,
+        typer.Option(
+            help="Runs that may be added near the fits; auto: up to 10 a case, while the emulator widens an interval."
+        ),
     ] = "auto",
     seed: Annotated[int, typer.Option(min=0, help="Of the design and of the simulated p-values.")] = 0,
     workers: Workers = None,

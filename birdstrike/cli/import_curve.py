@@ -120,7 +120,7 @@ def _stated(name: str, text: str, unit: str) -> float | None:
 @framed
 def command(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="Text, CSV, nodout, TDMS, .mat, .xlsx, UFF58 or binout.")
+        Path, typer.Argument(metavar="FILE", help="Text, CSV, TDMS, .mat, .xlsx, UFF58; nodout, rcforc, binout, T01.")
     ],
     sensor: Annotated[
         list[str], typer.Option(metavar="NAME[=COLUMN]", help="Sensor of the case, and its column; repeatable.")

@@ -25,7 +25,7 @@ def command(
     out: Annotated[Path | None, typer.Option(help="The page; by default DIR/report.html.")] = None,
     models: Annotated[
         bool,
-        typer.Option(help="Also simulate the three standard birds; each run is paid once."),
+        typer.Option(help="Also simulate the three standard birds, unless they are stored."),
     ] = True,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:

@@ -128,7 +128,7 @@ def command(
 
     The case says what is varied and how far (inversion.parameters). Whatever
     stops the campaign, the same command resumes it and loses at most the
-    runs in flight. A run that fails is tried once more with half the
+    runs in progress. A run that fails is tried once more with half the
     step (by an external solver only where its deck holds step_factor), then
     left out by number. The folder gets design.csv, curves.csv,
     projections.svg, summary.json and runs/, one file a run. It can be

@@ -75,7 +75,9 @@ def command(
     noise: Annotated[
         int | None, typer.Option(min=0, metavar="SEED", help="Also write record.csv, with the sensors' noise.")
     ] = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="Threads; the bits do not depend on them.")] = None,
+    threads: Annotated[
+        int | None, typer.Option(min=1, help="Threads; the results are the same for any number.")
+    ] = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """Simulate one shot: the histories of its sensors and its energy balance.

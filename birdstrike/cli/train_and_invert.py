@@ -72,7 +72,10 @@ def command(
     ] = [],  # noqa: B006 (typer copies it)
     seed: Annotated[int, typer.Option(min=0, help="Start of the network and of the emulator's fit.")] = 0,
     refine: Annotated[
-        str, typer.Option(help="Runs that may be added where the answer may lie; auto: up to 10, while they pay.")
+        str,
+        typer.Option(
+            help="Runs that may be added where the answer may lie; auto: up to 10, while the emulator widens an interval."
+        ),
     ] = "auto",
     hidden: Annotated[str, typer.Option(help="Hidden neurons, or search (7 to 14, cross-validated).")] = "9",
     copies: Annotated[

@@ -24,14 +24,14 @@ def command(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="The page; VERIFICATION.md, or none with --only, which adds to the page that is named, or renews.",
+            help="The page: VERIFICATION.md; with --only none unless named, and then its rows alone are renewed.",
             dir_okay=False,
         ),
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, of one thread each.")] = 2,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Check the solver against theory and other codes; run again to resume. Exits with 2 when a row does not stand.
+    """Check the solver against theory and other codes; run again to resume. Exits with 2 when a check fails.
 
     Example: birdstrike verify --only "plate_*"
     """
