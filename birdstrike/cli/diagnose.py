@@ -77,7 +77,7 @@ def command(
     refine: Annotated[
         str,
         typer.Option(
-            help="Runs that may be added near the fits; auto: up to 10 a case, while the emulator widens an interval."
+            help="Runs that may be added near the fits; auto: up to 10 a case, while the emulator widens intervals."
         ),
     ] = "auto",
     seed: Annotated[int, typer.Option(min=0, help="Of the design and of the simulated p-values.")] = 0,

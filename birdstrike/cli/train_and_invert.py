@@ -74,7 +74,7 @@ def command(
     refine: Annotated[
         str,
         typer.Option(
-            help="Runs that may be added where the answer may lie; auto: up to 10, while the emulator widens an interval."
+            help="Runs that may be added where the answer may lie; auto: up to 10, while the emulator widens intervals."
         ),
     ] = "auto",
     hidden: Annotated[str, typer.Option(help="Hidden neurons, or search (7 to 14, cross-validated).")] = "9",
