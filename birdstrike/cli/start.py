@@ -301,7 +301,7 @@ def last_screen(closed: Mapping[str, Any], loop: Path) -> Iterator[str]:
             sensor = channel.replace("_", " ")
             yield f"  The simulation at these values differs from the record's {sensor} by {size} RMS, {share}."
     if not inversion.prior_predictive.inside:
-        yield "  No values within the ranges produce the whole record: believe no parameter before that is explained."
+        yield "  No values within the ranges produce the whole record: use no parameter before this is explained."
     if closed.get("diagnosis"):
         yield from (f"  {line}" for line in diagnosis_lines(closed["diagnosis"]))
     warnings = list(dict.fromkeys(closed["warnings"]))

@@ -190,14 +190,31 @@ def import_line(path: Path) -> str:
     heads = table.heads or tuple(Head(name, None, name) for name in table.names)
     shown_heads = [head for head in heads[1:] if (head.text or head.name) and not head.name.endswith(SIGMA)][:3]
     names = ["displacement_centre", *(f"SENSOR_{i}" for i in range(2, len(shown_heads) + 1))]
+    own = [bool(_OF_A_CASE.fullmatch(head.name)) for head in shown_heads]
+    names = [head.name if is_own else name for name, head, is_own in zip(names, shown_heads, own, strict=False)]
     shown = [
-        head.name if _OF_A_CASE.fullmatch(head.name) else f"{name}={shlex.quote(head.text or head.name)}"
-        for name, head in zip(names, shown_heads, strict=False)
+        name if is_own else f"{name}={shlex.quote(head.text or head.name)}"
+        for name, head, is_own in zip(names, shown_heads, own, strict=True)
     ]
-    given = [] if heads[0].unit else [f"--time-unit {table.likely_time_unit(0)}"]
-    given += [] if all(head.unit for head in shown_heads) else ["--unit mm"]
+    given = [] if heads[0].unit else [f"--time-unit {heads[0].likely or table.likely_time_unit(0)}"]
+    given += _units_to_state(names, shown_heads)
     options = " ".join([*(f"--sensor {text}" for text in shown), *given])
     return f"birdstrike import {shlex.quote(str(path))} {options} --out {shlex.quote(f'{path.stem}_si.csv')}"
+
+
+def _units_to_state(names: Sequence[str], heads: Sequence[Head]) -> list[str]:
+    """Options of `birdstrike import` for what the heads of sensors do not say: a unit, or what a volt stands for."""
+    bare = [name for name, head in zip(names, heads, strict=True) if head.unit is None and not head.foreign]
+    if bare and len(bare) == len(heads):
+        return ["--unit mm"]
+    options = [f"--unit {name}=mm" for name in bare]
+    for name, head in zip(names, heads, strict=True):
+        if head.likely:
+            options.append(f"--unit {name}={head.likely}")
+        elif head.foreign:
+            per = f"({head.foreign})" if "/" in head.foreign else head.foreign
+            options.append(f'--scale {name}="FACTOR mm/{per}"')
+    return options
 
 
 def read_loose_table(path: str | Path, decimal: str = "", single: bool = False, encoding: str = "") -> LooseTable:

@@ -190,6 +190,17 @@ def test_the_import_line_names_every_sensor_apart_and_no_empty_column(tmp_path: 
     assert f"--sensor {CENTRE}='Weg [mm]' --sensor SENSOR_2='Kraft [kN]' --out" in caught.value.errors[0]
 
 
+def test_the_import_line_takes_no_volt_for_a_millimetre_and_states_each_unit_by_itself(tmp_path: Path) -> None:
+    """It said --unit mm of all columns, by which volts were read as millimetres, and kN refused."""
+    source = tmp_path / "a.csv"
+    source.write_text("t [ms],w,CH2 [V],F [KN]\n0,0,0,0\n1,1,1,1\n")
+    with pytest.raises(MeasuredError, match="this makes a record of it") as caught:
+        read_measured(source)
+    line = next(text for text in caught.value.errors if "birdstrike import" in text)
+    assert '--unit displacement_centre=mm --scale SENSOR_2="FACTOR mm/V" --unit SENSOR_3=kN --out' in line
+    assert "--unit mm" not in line
+
+
 def test_the_import_line_keeps_the_names_of_sensors_and_leaves_their_noise_out(tmp_path: Path) -> None:
     source = tmp_path / "a.csv"
     source.write_text(f"time [ms];{CENTRE} [mm];{CENTRE}_sigma [mm];contact_force [kN]\n0;0,1;0,1;2\n1;0,3;0,1;4\n")
