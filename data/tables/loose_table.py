@@ -48,14 +48,14 @@ NOT_UNICODE = "is not UTF-8"
 
 GAPS = frozenset(
     """nan n/a na #n/a #na null none nil - -- --- inf +inf -inf infinity -infinity ovl +ovl -ovl ovld over over!
-    overload overflow ovrflw overrange over-range clip clipped invalid missing #num! #value! #div/0! bad
+    overload overflow ovrflw overrange over-range clip clipped invalid missing bad
     \u221e +\u221e -\u221e""".split()  # noqa: SIM905
 )
 """What loggers and spreadsheets write where there is no reading, in small letters."""
 
-_NO_NUMBER = re.compile(r"[*?#]{2,}|-{3,}|-+\.-+|[+-]?\d\.#[A-Za-z]+\d*|[<>]\s*[+-]?\d[\d.,]*")
-"""A cell filled with one sign, -1.#IND or >4.5: what Fortran, C and loggers write where a number has no room, is none
-or lies beyond the range."""
+_NO_NUMBER = re.compile(r"[*?#]{2,}|-{3,}|-+\.-+|[+-]?\d\.#[A-Za-z]+\d*|[<>]\s*[+-]?\d[\d.,]*|#\S+[!?]|#NV")
+"""A cell filled with one sign, -1.#IND, >4.5, #REF! or #WERT!: what Fortran, C, loggers and spreadsheets write where a
+number has no room, is none or lies beyond the range."""
 NO_READING = 1e29
 """Size beyond which a number stands for none: instruments write 1E+30, SCPI 9.91E+37 and 9.9E+37 beyond the range."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3}|[+-]\d{3})?")

@@ -582,6 +582,11 @@ CELLS = {
         '1 cell "-1.#IND"',
     ),
     "beyond a limit": ("t_ms,w_mm\n0,1\n1,>4.5\n2,---.---\n3,3\n", [1.0, np.nan, np.nan, 3.0], '1 cell ">4.5"'),
+    "a spreadsheet's errors": (
+        "t_ms;w_mm\n0;#BEZUG!\n1;1\n2;#DIV/0!\n3;#NAME?\n4;#NV\n5;3\n",
+        [np.nan, 1.0, np.nan, np.nan, np.nan, 3.0],
+        '1 cell "#BEZUG!"',
+    ),
     "typeset minus": ("t_ms,w_mm\n0,\u22121\n1,\u22122\n2,3\n", [-1.0, -2.0, 3.0], ""),
     "apostrophes for thousands": ("t_ms;w_mm\n0;0.5\n1;1'234.5\n2;7\n", [0.5, 1234.5, 7.0], ""),
 }
