@@ -74,6 +74,13 @@ class Dataset(Displayed):
         apart = (self.parameters - theta) / (self.highs - self.lows)
         return int(np.argmin((apart**2).sum(axis=1)))
 
+    @property
+    def distinct(self) -> NDArray[np.bool_]:
+        """(n,) False for a run that repeats the values of an earlier one: the same curves, from which nothing is
+        learnt, and its twin would predict it exactly when it is left out."""
+        first = np.unique(self.parameters, axis=0, return_index=True)[1]
+        return np.isin(np.arange(len(self.runs)), first)
+
     def scaled(self) -> Array:
         """Parameters mapped to 0..1 over their ranges, (n, k)."""
         return (self.parameters - self.lows) / (self.highs - self.lows)

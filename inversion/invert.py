@@ -324,7 +324,7 @@ def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array
         test_mse=finite(fit.training.test_mse[-1]),
         history=TRAINING_FILE,
         status=training.status,
-        holdout=f"{describe(len(dataset.runs))}; {describe_times(read)}",
+        holdout=f"{describe(int(dataset.distinct.sum()))}; {describe_times(read)}",
         held_out=tuple(int(run) for run in dataset.runs[fit.held_out]),
         inputs={channel: tuple(map(float, times)) for channel, times in read.items()},
         hidden_sizes={size.hidden: (size.mean, size.spread) for size in fit.tried},

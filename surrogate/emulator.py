@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from sklearn.decomposition import PCA
 from sklearn.gaussian_process.kernels import Kernel
 from threadpoolctl import threadpool_limits
@@ -151,7 +152,7 @@ class Emulator:
     """All channels of a campaign.
 
     names: (k) dotted case keys; runs: numbers of those it learnt from; regions: boxes in which these stand behind it;
-    scaling: of the features to 0..1.
+    scaling: of the features to 0..1; scales (k): "linear" or "logarithmic" of the ranges, all linear if left out.
     """
 
     names: tuple[str, ...]
@@ -159,6 +160,7 @@ class Emulator:
     regions: tuple[Region, ...]
     scaling: Scaling
     channels: Mapping[str, CurveEmulator]
+    scales: tuple[str, ...] = ()
 
     def predict(self, theta: Array, channel: str, times: Array | None = None) -> tuple[Array, Array]:
         """Mean curves and standard deviations (q, t) of a channel at parameters theta (q, k) SI.
@@ -180,7 +182,7 @@ class Emulator:
 
     def inputs(self, theta: Array) -> Array:
         """Scaled features (q, d) of parameters theta (q, k) SI; features that no run varies are left out."""
-        unit = self.scaling.to_unit(features(self.names, theta))
+        unit = self.scaling.to_unit(features(self.names, theta, self.scales))
         return unit[:, ~self.scaling.constant]
 
     def check(self, theta: Array) -> None:
@@ -198,20 +200,23 @@ def fit_emulator(
 ) -> Emulator:
     """Fit the given channels of a campaign's smooth runs; raises UserError when those are too few, or none can differ.
 
-    Runs in a part of a range that too few of them cover are left out as well: they could only mislead.
+    Runs in a part of a range that too few of them cover are left out as well, and those that repeat another: they could
+    only mislead.
     """
-    boxes = _boxes(dataset)
-    used = dataset.smooth & covered(boxes, dataset.parameters)
-    _refuse_too_few(dataset, int(used.sum()))
+    own = dataset.smooth & dataset.distinct
+    _refuse_too_few(dataset, own, own)
+    boxes = regions(dataset.names, dataset.lows, dataset.highs, dataset.parameters[own], dataset.scales)
+    used = own & covered(boxes, dataset.parameters)
+    _refuse_too_few(dataset, own, used)
     theta = dataset.parameters[used]
-    scaling = Scaling.over(features(dataset.names, theta))
+    scaling = Scaling.over(features(dataset.names, theta, dataset.scales))
     if scaling.constant.all():
         raise UserError(
             f"none of the {len(theta)} smooth runs depends on {listing(dataset.names)}: erosion limits that no "
             "particle can reach; widen their ranges (inversion.parameters) past 1 and run the campaign anew, or seek "
             "something else"
         )
-    emulator = Emulator(dataset.names, tuple(map(int, dataset.runs[used])), boxes, scaling, {})
+    emulator = Emulator(dataset.names, tuple(map(int, dataset.runs[used])), boxes, scaling, {}, dataset.scales)
     u = emulator.inputs(theta)
     fitted: dict[str, CurveEmulator] = {}
     for i, channel in enumerate(channels):
@@ -221,21 +226,21 @@ def fit_emulator(
     return replace(emulator, channels=jointly(fitted))
 
 
-def _boxes(dataset: Dataset) -> tuple[Region, ...]:
-    _refuse_too_few(dataset, int(dataset.smooth.sum()))
-    return regions(dataset.names, dataset.lows, dataset.highs, dataset.parameters[dataset.smooth])
+def _refuse_too_few(dataset: Dataset, own: NDArray[np.bool_], used: NDArray[np.bool_]) -> None:
+    """Raise UserError where the runs used are too few.
 
-
-def _refuse_too_few(dataset: Dataset, found: int) -> None:
-    """Raise UserError where so many runs are too few, saying how many were not smooth or stand alone in their part."""
+    It says how many are not smooth, repeat another (are not in `own`), or stand alone in their part.
+    """
     needed, smooth = runs_needed(len(dataset.names)), int(dataset.smooth.sum())
+    single, found = int(own.sum()), int(used.sum())
     if found >= needed:
         return
     split = listing([name for name in dataset.names if name.rsplit(".", 1)[-1] in FEATURES])
-    apart = f", {found} of them where enough lie on the same side of 1 in {split}" if found < smooth else ""
+    repeated = f", {single} of them with values of their own" if single < smooth else ""
+    apart = f", {found} of them where enough lie on the same side of 1 in {split}" if found < single else ""
     raise UserError(
-        f"{many(smooth, 'run')} of the campaign's {len(dataset.runs)} {'is' if smooth == 1 else 'are'} smooth{apart}; "
-        f"the emulator needs {needed}: extend it by run-doe --runs"
+        f"{many(smooth, 'run')} of the campaign's {len(dataset.runs)} {'is' if smooth == 1 else 'are'} smooth"
+        f"{repeated}{apart}; the emulator needs {needed}: extend it by run-doe --runs"
     )
 
 

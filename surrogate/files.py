@@ -65,6 +65,7 @@ def save_emulator(path: Path, emulator: Emulator, dataset: Dataset) -> None:
         "highs": np.stack([r.highs for r in emulator.regions]),
         "flat": np.stack([r.flat for r in emulator.regions]),
         "channels": np.array(list(emulator.channels)),
+        "scales": np.array(emulator.scales, dtype=str),
     }
     for i, (channel, curve) in enumerate(emulator.channels.items()):
         arrays[f"time_{i}"] = curve.time
@@ -82,7 +83,8 @@ def load_emulator(path: Path) -> Emulator:
             channels[str(channel)] = CurveEmulator.fit(file[f"time_{i}"], file[f"curves_{i}"], u, kernels=kernels)
         boxes = tuple(Region(*box) for box in zip(file["lows"], file["highs"], file["flat"], strict=True))
         names, runs = tuple(map(str, file["names"])), tuple(map(int, file["runs"]))
-        return Emulator(names, runs, boxes, Scaling(*file["scaling"]), jointly(channels))
+        scales = tuple(map(str, file["scales"])) if "scales" in file else ()  # older files hold linear features
+        return Emulator(names, runs, boxes, Scaling(*file["scaling"]), jointly(channels), scales)
 
 
 def read_region(path: Path) -> Array:

@@ -121,16 +121,18 @@ def fit_network(
 ) -> NetworkFit:
     """Train on all runs but the held-out ones; inputs and outputs scaled to 0..1 over what it is trained on.
 
-    Outputs over the case's ranges. trainer: "lm" (Levenberg-Marquardt), "adam", "br" (Bayesian regularisation) or
-    "ensemble" (50 networks by Levenberg-Marquardt); hidden: None searches 7 to 14 by cross-validation among the
-    training runs; copies: of every training run with noise (inputs,) SI on its inputs, and with nuisances (inputs, s)
-    SI, the change of the inputs for one standard deviation of each. outputs: "bounded" or "linear".
+    A run that repeats another is neither: it would test the network by what it was trained on. Outputs over the case's
+    ranges. trainer: "lm" (Levenberg-Marquardt), "adam", "br" (Bayesian regularisation) or "ensemble" (50 networks by
+    Levenberg-Marquardt); hidden: None searches 7 to 14 by cross-validation among the training runs; copies: of every
+    training run with noise (inputs,) SI on its inputs, and with nuisances (inputs, s) SI, the change of the inputs for
+    one standard deviation of each. outputs: "bounded" or "linear".
     Raises UserError for an unknown trainer or kind of outputs, and for a search among fewer than 3 training runs.
     """
     refuse_unknown(trainer, outputs)
     values, theta = sampled(dataset, times), dataset.parameters
-    test = held_out(len(theta))
-    train = np.setdiff1d(np.arange(len(theta)), test)
+    own = np.flatnonzero(dataset.distinct)
+    test = own[held_out(len(own))]
+    train = np.setdiff1d(own, test)
     inputs, ranges = Scaling.over(values[train], _least(dataset, times)), OUTPUTS[outputs](dataset.lows, dataset.highs)
     x, t = inputs.to_unit(values), ranges.to_unit(theta)
     notes, tried = _notes(inputs), ()

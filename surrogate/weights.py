@@ -13,7 +13,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator
-from birdstrike.surrogate.features import FEATURES
+from birdstrike.surrogate.features import FEATURES, which_logarithmic
 from birdstrike.surrogate.gaussian_process import GaussianProcess, LocalVariance, student_inflation
 
 FREEDOMS = 1.0 / np.linspace(1e-3, 0.5, 512)
@@ -60,10 +60,13 @@ def emulator_table(emulator: Emulator) -> dict[str, Any]:
     regions: boxes [low, high] with runs behind them; channels by name."""
     time = next(iter(emulator.channels.values())).time
     last = [name.rsplit(".", 1)[-1] for name in emulator.names]
+    logarithmic = which_logarithmic(emulator.names, emulator.scales)
     return {
         "names": list(emulator.names),
         "time": time,
-        "features": [key if key in FEATURES else "" for key in last],
+        "features": [
+            key if key in FEATURES else "logarithm" if log else "" for key, log in zip(last, logarithmic, strict=True)
+        ],
         "varied": np.flatnonzero(~emulator.scaling.constant).tolist(),
         "low": emulator.scaling.low,
         "high": emulator.scaling.high,

@@ -199,18 +199,20 @@ def quality_table(design: Design, quality: Quality) -> Table:
     table.add_row("rank", str(quality.rank), str(quality.parameters))
     table.add_row("condition", f"{quality.condition:.3g}", "1")
     table.add_row("largest correlation", f"{quality.max_correlation:.3f}", "0")
-    centred = _among_random(quality.discrepancy, quality.percentile)
+    centred = _among_random(quality.discrepancy, quality.percentile, quality.runs)
     table.add_row("centred discrepancy (squared)", centred, "small")
-    wrapped = _among_random(quality.wraparound, quality.wraparound_percentile)
+    wrapped = _among_random(quality.wraparound, quality.wraparound_percentile, quality.runs)
     table.add_row("wrap-around discrepancy (squared)", wrapped, "small")
     table.add_row("smallest distance of two runs", f"{quality.min_distance:.3f}", "large")
     return table
 
 
-def _among_random(value: float | None, percentile: float | None) -> str:
-    """A discrepancy, and how many random designs of the same size are better."""
+def _among_random(value: float | None, percentile: float | None, runs: int) -> str:
+    """A discrepancy, and how many random designs of the same size are better; or why there is none."""
+    from birdstrike.doe.designs.quality import MEASURED_RUNS
+
     if value is None:
-        return "runs outside the ranges"
+        return "runs outside the ranges" if runs <= MEASURED_RUNS else f"not taken of over {MEASURED_RUNS:,} runs"
     return f"{value:.5f}" if percentile is None else f"{value:.5f} ({percentile:.0f} % of random designs are lower)"
 
 

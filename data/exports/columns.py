@@ -49,6 +49,8 @@ def chosen(path: Path, tables: Sequence[str], table: str, noun: str) -> str:
     if table in tables:
         return table
     known = ", ".join(tables)
+    if not tables:
+        raise MeasuredError(f"{path} holds no {noun} with a curve")
     if table:
         raise MeasuredError(f'{path} has no {noun} "{table}"; it has {known}')
     if len(tables) != 1:

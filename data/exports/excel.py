@@ -6,10 +6,8 @@ import datetime as dt
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 from openpyxl import load_workbook  # pyright: ignore[reportMissingModuleSource] (an optional extra)
-from openpyxl.utils.exceptions import InvalidFileException  # pyright: ignore[reportMissingModuleSource]
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import chosen
@@ -20,10 +18,13 @@ def read(path: Path, table: str, decimal: str = "") -> LooseTable:
     """Cells as Excel shows a formula's value; a time of day is one; decimal: mark of numbers that stand as text."""
     try:
         workbook = load_workbook(path, read_only=True, data_only=True)
-    except (OSError, BadZipFile, InvalidFileException, KeyError) as error:
+        sheets = {sheet.title: sheet for sheet in workbook.worksheets}  # sheets of a chart alone hold no cells
+        name = chosen(path, list(sheets), table, "sheet")
+        lines = ["\t".join(_text(c.value, c.number_format or "") for c in row) for row in sheets[name].iter_rows()]
+    except MeasuredError:
+        raise
+    except Exception as error:  # the library lets errors of zip, zlib and XML through, for a damaged sheet late
         raise MeasuredError(f"{path} cannot be read as a workbook of Excel: {error}") from error
-    sheet = workbook[chosen(path, workbook.sheetnames, table, "sheet")]
-    lines = ["\t".join(_text(cell.value, cell.number_format or "") for cell in row) for row in sheet.iter_rows()]
     return table_of_lines(path, lines, decimal)
 
 

@@ -6,7 +6,9 @@ case.json (its SI values and hash), design.csv, runs/, summary.json, curves.csv.
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import io
 import json
 import re
 import time
@@ -20,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import CaseError, UserError
-from birdstrike.data.formatting import many
+from birdstrike.data.formatting import many, span
 from birdstrike.data.histories import Array
 from birdstrike.data.storage.files import file_digest, read_json, write_atomically, write_json
 from birdstrike.doe.designs.design import Design
@@ -33,6 +35,9 @@ DAY = 86400.0
 
 _TEMPORARY = re.compile(r"\.[0-9a-f]{32}\.(h5|failed\.json)\.\d+-[0-9a-f]{8}\.tmp")
 """Names that data.storage.files.whole_file gives to the files of data.storage.store.RunStore while they are written."""
+
+RANGE_DIGITS = 6
+"""Of the ends of a parameter's range, which a user wrote."""
 
 _REPAIR = (
     "put the original back, or delete it and repeat the command that made the campaign (of an extended one all of "
@@ -153,8 +158,7 @@ class CampaignFolder:
         if not self.design.exists():
             return
         held_text, text, held = self.design.read_text(encoding="utf-8"), design_text(design), self.read_summary()
-        same_ranges = held.get("space") == space_json(design.space)
-        if text == held_text or extends(design, text, held_text, held, same_ranges):
+        if text == held_text or extends(design, text, held_text, held):
             return
         if self._design_was_edited():
             raise UserError(f"{self.design} {_ALTERED}")
@@ -164,7 +168,7 @@ class CampaignFolder:
         asked = _words(design.kind, len(design.numbers), design.seed, design.source)
         raise UserError(
             f"{self.path} holds a campaign with {words}, not with {asked} over these ranges; "
-            f"{remedy(design, runs, held, same_ranges)}"
+            f"{remedy(design, runs, held)}"
         )
 
 
@@ -193,28 +197,31 @@ def refusal_of_other_case(held: Mapping[str, Any], case: Case) -> str:
     )
 
 
-def extends(design: Design, text: str, held_text: str, held: Mapping[str, Any], same_ranges: bool) -> bool:
+def extends(design: Design, text: str, held_text: str, held: Mapping[str, Any]) -> bool:
     """Whether the held rows are the first of `text`, bit for bit, in a design of the same kind, seed and ranges.
 
     text, held_text: design.csv as asked and as held; held: the folder's summary.json, which is written after it: rows
     beyond those it counts were planned by a call that was stopped there. Where it is missing nothing vouches for the
     ranges, and the answer is no.
     """
-    if not held or not _same_family(design, held["design"]) or not same_ranges:
+    if not held or not _same_family(design, held["design"]) or held["space"] != space_json(design.space):
         return False
     vouched = "".join(held_text.splitlines(keepends=True)[: held["design"]["runs"] + 1])
     return text.startswith(vouched)
 
 
-def remedy(design: Design, held_runs: int, held: Mapping[str, Any], same_ranges: bool) -> str:
+def remedy(design: Design, held_runs: int, held: Mapping[str, Any]) -> str:
     """What to do about a design that neither resumes nor extends the held one of `held_runs` runs."""
     again = "choose another --out, or repeat the first options to resume"
     if not held or not _same_family(design, held["design"]):
         return again
     if len(design.numbers) < held_runs:
         return f"a campaign cannot be shortened: {again}"
-    if not same_ranges:
-        return f"the parameters or their ranges (inversion.parameters) differ: {again}"
+    if held["space"] != space_json(design.space):
+        other = other_ranges(held["space"], design.space) or (
+            "inversion.parameters differ in their order, or in the last digits of their ranges"
+        )
+        return f"{other}: {again}"
     return f"rows may only be appended to the first {held_runs}, which differ: {again}"
 
 
@@ -233,9 +240,11 @@ def remove_leftovers(runs: Path) -> None:
 
 
 def design_text(design: Design) -> str:
-    """`design.csv`: run numbers and SI values, every bit of them."""
+    """`design.csv`: run numbers and SI values, every bit of them; a key with a comma (of a material) is quoted."""
     rows = ([str(n), *(repr(float(v)) for v in row)] for n, row in zip(design.numbers, design.values, strict=True))
-    return "\n".join(",".join(row) for row in [["run", *design.names], *rows]) + "\n"
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([["run", *design.names], *rows])
+    return text.getvalue()
 
 
 def design_rows(path: Path, rows: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
@@ -243,7 +252,7 @@ def design_rows(path: Path, rows: Sequence[str]) -> tuple[NDArray[np.int64], Arr
 
     Raises UserError where they are no table of numbers.
     """
-    columns = len(rows[0].split(",")) if rows else 0
+    columns = len(next(csv.reader(rows[:1]), ()))
     table = []
     for i, row in enumerate(rows[1:], 2):
         try:
@@ -271,6 +280,32 @@ def space_json(space: ParameterSpace) -> dict[str, list[Any]]:
         "lows": space.lows.tolist(),
         "highs": space.highs.tolist(),
         "scales": ["logarithmic" if logarithmic else "linear" for logarithmic in space.logarithmic],
+    }
+
+
+def other_ranges(held: Mapping[str, Sequence[Any]], space: ParameterSpace) -> str:
+    """In what the ranges of a campaign's summary differ from those of a case; empty where they do not.
+
+    The order of the parameters is none of it, nor what rounding makes of a range's ends.
+    """
+    there, here = _ranges(held), _ranges(space_json(space))
+    if there == here:
+        return ""
+    varied = [f"{name} {text}" for name, text in there.items() if here.get(name) != text]
+    sought = [f"{name} {text}" for name, text in here.items() if there.get(name) != text]
+    return (
+        f"inversion.parameters differ: the campaign varied {', '.join(varied) or 'fewer of them'}, the case seeks "
+        f"{', '.join(sought) or 'fewer of them'}"
+    )
+
+
+def _ranges(space: Mapping[str, Sequence[Any]]) -> dict[str, str]:
+    """Parameter -> its range in words."""
+    scales = space.get("scales") or ["linear"] * len(space["names"])  # older summaries hold none
+    columns = zip(space["names"], space["units"], space["lows"], space["highs"], scales, strict=True)
+    return {
+        name: span(low, high, unit, RANGE_DIGITS) + ("" if scale == "linear" else " (logarithmic)")
+        for name, unit, low, high, scale in columns
     }
 
 

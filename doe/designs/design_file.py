@@ -25,10 +25,25 @@ Lines = list[tuple[int, list[str]]]
 
 
 def file_design(path: str | Path, space: ParameterSpace) -> Design:
-    """The design of a user's file; runs outside the case's ranges are kept, with a warning. Raises UserError."""
+    """The design of a user's file; runs outside the case's ranges, or that repeat another, are kept, with a warning.
+
+    Raises UserError.
+    """
     numbers, values = read_design(path, space)
-    outside = _outside(numbers, values, space)
-    return Design("file", None, space, numbers, values, space.to_unit(values), str(path), outside)
+    said = (*_outside(numbers, values, space), *_repeated(numbers, values))
+    return Design("file", None, space, numbers, values, space.to_unit(values), str(path), said)
+
+
+def _repeated(numbers: NDArray[np.int64], values: Array) -> tuple[str, ...]:
+    """One warning where runs have the values of an earlier one, as the replicates of a design for measurements do."""
+    first = np.unique(values, axis=0, return_index=True)[1]
+    if not (count := len(numbers) - len(first)):
+        return ()
+    again = numbers[np.setdiff1d(np.arange(len(numbers)), first)[0]]
+    return (
+        f"{count} of {len(numbers)} runs repeat the values of an earlier one (first: run {again}): a simulation gives "
+        "the same curves again, from which nothing is learnt; leave them out",
+    )
 
 
 def _outside(numbers: NDArray[np.int64], values: Array, space: ParameterSpace) -> tuple[str, ...]:

@@ -81,6 +81,11 @@ def _read_csv(path: Path, reading: Reading) -> Curve:
     missing = [name for name in (time, reading.column) if name not in table]
     if missing:
         raise ValueError(f"no column {missing[0]}; its columns: {', '.join(table.columns)}")
+    header = pd.read_csv(path, comment="#", header=None, nrows=1, dtype=str).iloc[0].tolist()  # pandas renames twins
+    names = [str(name).strip() for name in header]
+    for name in filter(None, (reading.time, reading.column)):
+        if names.count(name) > 1:
+            raise ValueError(f"{names.count(name)} columns are called {name}; give each a name of its own")
     return table[time].to_numpy(dtype=float), table[reading.column].to_numpy(dtype=float)
 
 
@@ -88,7 +93,7 @@ def _read_columns(path: Path, reading: Reading) -> Curve:
     """Rows that do not begin with a number (titles, comments) are left out; one that has lost a number is an error."""
     assert isinstance(reading, ColumnsReading)
     rows = []
-    for i, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+    for i, line in enumerate(path.read_text(encoding="utf-8-sig", errors="replace").splitlines(), 1):
         text = "" if line.lstrip().startswith(_COMMENT) else line.strip()
         cells = text.replace(",", " ").split()
         if cells and "." not in text and _NUMBER.fullmatch(cells[0]) and _DECIMAL_COMMAS.fullmatch(text):

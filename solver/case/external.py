@@ -87,6 +87,16 @@ class Reading(Section):
     time_unit: Annotated[str, UnitText("s")] = "s"
     factor: Annotated[float, Between(-1e12, 1e12)] = 1.0
 
+    @field_validator("file", mode="after")
+    @classmethod
+    def _file_of_the_run_alone(cls, value: str) -> str:
+        if Path(value).is_absolute() or ".." in Path(value).parts:
+            raise complaint(
+                "leaves the folder of the run, and other runs would read and write it too; let the solver write to the "
+                'folder that it is run in, and give a name there, such as "sensors.csv"'
+            )
+        return value
+
     @field_validator("factor", mode="after")
     @classmethod
     def _factor_leaves_something(cls, value: float) -> float:
@@ -219,9 +229,16 @@ def broken_external_rules(raw: Raw) -> Iterator[str]:
             yield f"external.sensors.{sensor} is missing: where does the solver write the sensor {sensor}?"
         elif isinstance(fields, dict) and isinstance(readings[sensor], dict):
             yield from _other_dimension(sensor, fields, readings[sensor])
-    for sensor in readings:
+    inputs = external.get("files")
+    given = [Path(one).name for one in inputs if isinstance(one, str)] if isinstance(inputs, list) else []
+    for sensor, reading in readings.items():
         if sensor not in sensors:
             yield f"external.sensors.{sensor} is no sensor of the case; its sensors: {', '.join(sensors)}"
+        elif (file := at(reading, "file")) in given:
+            yield (
+                f'external.sensors.{sensor}.file = "{file}" is among external.files: where the solver writes none, the '
+                "old one would be read as its result; leave it out of external.files"
+            )
 
 
 def _other_dimension(sensor: str, fields: Raw, reading: Raw) -> Iterator[str]:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from birdstrike.data.units import ACCEPTED
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.bird.shape import SHAPES, volume
@@ -30,7 +31,7 @@ from birdstrike.solver.case.sections import quantity_at, quantity_in, said, si
 from birdstrike.solver.fields import Between
 from birdstrike.solver.sensors.instrument import drift_of_some_kind
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
-from birdstrike.solver.sensors.sensor import PlateText
+from birdstrike.solver.sensors.sensor import PlateText, Sensor
 from birdstrike.solver.target.generators.interface import closed_panel
 from birdstrike.solver.target.generators.registry import GENERATORS
 from birdstrike.solver.target.laws.registry import TARGET_LAWS
@@ -167,10 +168,19 @@ def _jitter(raw: Raw) -> Iterator[str]:
 def _sought(raw: Raw) -> Iterator[str]:
     parameters: Any = at(raw, "inversion.parameters")
     for key in parameters if isinstance(parameters, dict) else ():
-        if quantity_in(raw, key) is None and quantity_at(key) is not None:
-            yield f'inversion.parameters."{key}" is no key of the {at(raw, "bird.material.model")} bird; leave it out'
-        elif absent := _absent(raw, key):
+        if absent := _absent(raw, key):
             yield f'inversion.parameters."{key}" is of {absent}; correct the key, or leave it out'
+        elif quantity_in(raw, key) is None and quantity_at(key) is not None:
+            yield f'inversion.parameters."{key}" is no key of {_owner(raw, key)}; leave it out'
+
+
+def _owner(raw: Raw, key: str) -> str:
+    """The bird, or the target's generator or law, that the case has chosen and a dotted key would belong to."""
+    if key.startswith("bird."):
+        return f"the {at(raw, 'bird.material.model')} bird"
+    table = key.rpartition(".")[0]
+    chosen = [f'{table}.{word} = "{found}"' for word in ("kind", "law") if (found := at(raw, f"{table}.{word}"))]
+    return chosen[0] if chosen else table
 
 
 def _absent(raw: Raw, key: str) -> str:
@@ -282,9 +292,18 @@ def broken_sensor_rules(raw: Raw) -> Iterator[str]:
             yield f'sensors."{name}" cannot be a column\'s name; use letters, digits and _ (not time, run or ..._sigma)'
         kind = SENSORS.chosen(sensor)
         if kind is not None:
+            yield from _column_of_another(name, kind)
             yield from kind.broken_rules(name, sensor, plate)
     yield from _instruments(raw)
     yield from _discrepancies(raw)
+
+
+def _column_of_another(name: str, kind: type[Sensor]) -> Iterator[str]:
+    """A name that ends in a unit, or in _, of a sensor without a unit: its column is the name alone."""
+    stem, _, last = name.rpartition("_")
+    if stem and last in ACCEPTED and not kind.noise_range.unit:
+        read = f'"{stem}" in the unit "{last}"' if last else f'"{name.rstrip("_")}"'
+        yield f"sensors.{name}: its column, which has no unit, would be read as that of {read}; use another name"
 
 
 def _plate(raw: Raw) -> PlateText:

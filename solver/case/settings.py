@@ -17,6 +17,8 @@ from birdstrike.solver.case.sections import quantities, quantity_at
 from birdstrike.solver.fields import Between, Count, OneOf, Section, complaint, each_of
 from birdstrike.solver.registry import errors_of
 
+ROUNDING = 1e-9
+"""Of a limit: a range that is no wider, such as from "100 Pa s" to "0.1 MPa ms", has no width but a conversion's."""
 MATERIAL, DENSITY = "bird.material.", "bird.density"
 NUISANCE = {
     "time_offset": Between("0 ms", "10 ms"),
@@ -83,7 +85,7 @@ class Inverted(Section):
         if not isinstance(value, list | tuple) or len(value) != 2:
             raise complaint(f'must be two limits such as ["{mark.low}", "{mark.high}"]')
         low, high = each_of(dict(enumerate(value)), lambda _, limit: mark.validate(limit)).values()
-        if not low < high:
+        if not high - low > ROUNDING * max(abs(low), abs(high)):
             raise complaint("must rise: the lower limit first")
         return low, high
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.data.units import ACCEPTED
 from birdstrike.solver.fields import Between, OneOf
 from birdstrike.solver.sensors.sensor import (
     Along,
@@ -160,10 +159,7 @@ class Strain(Placed):
 
     @classmethod
     def broken_rules(cls, name: str, table: Mapping[str, Any], plate: PlateText, /) -> Iterator[str]:
-        """Its column's name looks like no unit; middle and ends lie on the plate, which strains."""
-        last = name.rpartition("_")[2]
-        if last != name and last in ACCEPTED:
-            yield f'sensors.{name}: a strain\'s column would be read as one in the unit "{last}"; use another name'
+        """Middle and ends lie on the plate, which strains."""
         yield from super().broken_rules(name, table, plate)
         if "direction" in table and table.get("along") is not None:
             yield (

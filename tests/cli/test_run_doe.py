@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -12,12 +13,12 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
-from birdstrike.cli.run_doe import run_doe
+from birdstrike.cli.run_doe import quality_table, run_doe
 from birdstrike.data.paths import REFERENCE
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.solver.case.case import case_from_table, load_case
 from birdstrike.solver.case.write import case_toml
-from tests.doe.stand_in import strike
+from tests.doe.stand_in import design, strike
 
 FILES = "design.csv, projections.svg, curves.csv, summary.json, runs/"
 
@@ -170,3 +171,9 @@ def test_fewer_runs_than_an_emulator_needs_are_told(tmp_path: Path) -> None:
     said = "An emulator of these parameters needs 5 finished runs."
     assert said in few.output.replace("\n", " ")
     assert "An emulator of these parameters" not in enough.output
+
+
+@pytest.mark.parametrize(("runs", "said"), [(6, "runs outside the ranges"), (10_001, "not taken of over 10,000 runs")])
+def test_why_a_design_has_no_discrepancy_is_said(runs: int, said: str) -> None:
+    none = replace(design(6).quality(), runs=runs, discrepancy=None, wraparound=None)
+    assert list(quality_table(design(6), none).columns[1].cells)[3:5] == [said, said]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,13 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError, fit_emulator, jointly
 from birdstrike.surrogate.files import load_emulator, save_emulator
 from birdstrike.surrogate.gaussian_process import GaussianProcess, kernel_of
 from birdstrike.surrogate.validation import leave_one_out, q2, rmse
-from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIME, TIMES, campaign, pulse, spread
+from birdstrike.surrogate.weights import emulator_table
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIME, TIMES, UNITS, campaign, pulse, spread
 
 
 @pytest.fixture(scope="module")
@@ -265,3 +268,33 @@ def test_a_parameter_that_no_run_feels_is_an_error(dataset: Dataset) -> None:
     )
     with pytest.raises(UserError, match=r"none of the 40 smooth runs depends on bird\.material\.tension_erosion"):
         fit_emulator(off, [CHANNEL])
+
+
+def test_runs_that_repeat_another_make_the_emulator_no_surer() -> None:
+    """As the replicates at the centre of a design for measurements: left out, each is predicted by its twin."""
+    runs = spread(8)
+    once, twice = campaign(runs), campaign(np.vstack([runs, runs]))
+    single, repeated = (fit_emulator(dataset, [CHANNEL]) for dataset in (once, twice))
+    assert repeated.runs == single.runs == tuple(range(1, 9))
+    between = 0.5 * (once.parameters[:1] + once.parameters[1:2])
+    np.testing.assert_array_equal(repeated.predict(between, CHANNEL)[1], single.predict(between, CHANNEL)[1])
+    with pytest.raises(UserError, match="8 runs of the campaign's 8 are smooth, 4 of them with values of their own"):
+        fit_emulator(campaign(np.vstack([runs[:4], runs[:4]])), [CHANNEL])
+
+
+def test_a_logarithmic_range_is_learnt_in_its_logarithm(tmp_path: Path) -> None:
+    """As the same runs are in fractions of the ranges, which have the design's own scale."""
+    space = ParameterSpace(NAMES, UNITS, 1e-3 * HIGHS, HIGHS, ("logarithmic", *["linear"] * 3))
+    unit = spread(25)
+    runs = campaign(unit)
+    seen = replace(runs, lows=space.lows, parameters=space.to_physical(unit), scales=space.scales)
+    emulator = fit_emulator(seen, [CHANNEL])
+    fractions = replace(runs, lows=np.zeros(4), highs=np.ones(4), parameters=unit)
+    wanted = fit_emulator(fractions, [CHANNEL])
+    again = np.random.default_rng(1).uniform(0.1, 0.9, (20, 4))
+    expected = wanted.predict(again, CHANNEL)
+    np.testing.assert_allclose(emulator.predict(space.to_physical(again), CHANNEL), expected, rtol=1e-6, atol=1e-9)
+    assert emulator_table(emulator)["features"] == ["logarithm", "", "", ""]
+    save_emulator(tmp_path / "emulator.npz", emulator, seen)
+    loaded = load_emulator(tmp_path / "emulator.npz")
+    np.testing.assert_allclose(loaded.predict(space.to_physical(again), CHANNEL), expected, rtol=1e-6, atol=1e-9)

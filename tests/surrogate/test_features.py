@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from birdstrike.surrogate.features import covered, features, regions
 
@@ -43,6 +44,16 @@ def test_ordinary_parameter_is_trusted_one_spacing_beyond_its_runs() -> None:
     runs = np.linspace(300.0, 900.0, 16)[:, None]
     (box,) = regions(NAMES[:1], LOWS[:1], HIGHS[:1], runs)
     assert (box.lows[0], box.highs[0]) == (200.0, 1000.0)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_logarithmic_range_is_trusted_one_spacing_of_logarithms_beyond_its_runs(sign: float) -> None:
+    runs = sign * np.logspace(3.0, 5.0, 5)[:, None]
+    lows, highs = np.sort(sign * np.array([[1.0], [1e8]]), axis=0)
+    (box,) = regions(NAMES[:1], lows, highs, runs, ("logarithmic",))
+    np.testing.assert_allclose(np.sort(sign * np.concatenate([box.lows, box.highs])), [1e1, 1e7])
+    (box,) = regions(NAMES[:1], lows, highs, runs[:2], ("logarithmic",))
+    assert (box.lows[0], box.highs[0]) == (lows[0], highs[0])  # to the last bit
 
 
 def test_active_part_with_fewer_runs_than_it_takes_is_not_trusted() -> None:

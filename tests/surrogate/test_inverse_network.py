@@ -92,3 +92,11 @@ def test_read_back_network_answers_the_same(tmp_path) -> None:
     np.testing.assert_array_equal(again.predict(values), network.predict(values))
     assert again.names == network.names
     np.testing.assert_array_equal(again.times[CHANNEL], TIMES)
+
+
+def test_a_run_that_repeats_a_training_run_tests_nothing() -> None:
+    runs = spread(10)
+    repeated = fit_network(campaign(np.vstack([runs[5:], runs])), {CHANNEL: TIMES})
+    alone = fit_network(campaign(np.vstack([runs[5:], runs[:5]])), {CHANNEL: TIMES})
+    np.testing.assert_array_equal(repeated.held_out, alone.held_out)
+    np.testing.assert_array_equal(repeated.training.weights, alone.training.weights)

@@ -173,7 +173,7 @@ def make_setup(
     data = dataset(plan, channels, runs)
     emulator = fit_emulator(data, channels, progress=progress)
     box = max(emulator.regions, key=lambda r: float(np.prod(r.highs - r.lows)))
-    lows, highs = (fractions(plan, np.asarray(edge)) for edge in (box.lows, box.highs))
+    lows, highs = np.clip(plan.space.to_unit(np.stack([box.lows, box.highs])), 0.0, 1.0)
     none = MeshCorrection.none(len(data.time) * len(channels))
     bare = Setup(
         plan=plan,
@@ -245,16 +245,6 @@ def in_parts(curves: Array, count: int) -> Array:
     return np.stack([curves[..., part].mean(axis=-1) for part in np.array_split(np.arange(m), min(count, m))], axis=-1)
 
 
-def fractions(plan: Plan, theta: Array) -> Array:
-    """(k,) fractions of the ranges of SI values (k,), by bisection of the space's own scale."""
-    low, high = np.zeros(len(theta)), np.ones(len(theta))
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        below = plan.space.to_physical(middle[None])[0] < theta
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
-    return 0.5 * (low + high)
-
-
 def dataset(plan: Plan, channels: Sequence[str], runs: Mapping[str, Histories]) -> Dataset:
     """The campaign's finished runs."""
     done = plan.finished(runs)
@@ -273,4 +263,5 @@ def dataset(plan: Plan, channels: Sequence[str], runs: Mapping[str, Histories]) 
         smooth=np.array([is_smooth(one.summary, loss) for one in histories]),
         case_hash=case_hash(plan.coarse),
         smooth_loss=loss,
+        scales=space.scales,
     )

@@ -52,6 +52,7 @@ const localVariance = (missed, u, table) => {
 // What of a parameter the solver can feel: an erosion limit counts only where it is active.
 const FEATURES = {
   "": (x) => x,
+  logarithm: (x) => Math.log(Math.abs(x)),
   tension_erosion: (x) => (x > 1 ? 1 / x : 0),
   compression_erosion: (x) => (x > 0 && x < 1 ? x : 0),
 };

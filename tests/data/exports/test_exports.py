@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from birdstrike.cli.app import app
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.data.exports.columns import chosen
 from birdstrike.data.import_curve import ImportOptions, import_record, read_export
 
 TIME = 1e-5 * np.arange(200)
@@ -192,6 +193,30 @@ def test_a_sheet_of_excel(tmp_path: Path) -> None:
     assert 'holds 2 sheets; choose one: --table "Sheet"' in said.output
     with pytest.raises(MeasuredError, match=r"birdstrike import .*a\.xlsx --sensor"):
         read_measured(tmp_path / "a.xlsx")
+
+
+def test_sheets_of_a_chart_alone_are_no_tables_and_a_damaged_sheet_is_named(tmp_path: Path) -> None:
+    """The first were to be chosen, and ended in a traceback, as a damaged one did."""
+    openpyxl: Any = pytest.importorskip("openpyxl")
+    workbook, chart = openpyxl.Workbook(), openpyxl.chart.LineChart()
+    for row in (["t [ms]", "w [mm]"], *([0.1 * i, float(i)] for i in range(50))):
+        workbook.active.append(row)
+    chart.add_data(openpyxl.chart.Reference(workbook.active, min_col=2, min_row=1, max_row=51))
+    workbook.create_chartsheet("Plot").add_chart(chart)
+    workbook.save(tmp_path / "a.xlsx")
+    assert import_record(tmp_path / "a.xlsx", ImportOptions({"w": "w"})).time.shape == (50,)
+    content = bytearray((tmp_path / "a.xlsx").read_bytes())
+    at = content.find(b"xl/worksheets/sheet1.xml") + 200
+    content[at : at + 20] = bytes(20)
+    (tmp_path / "b.xlsx").write_bytes(content)
+    with pytest.raises(MeasuredError, match=r"b\.xlsx cannot be read as a workbook of Excel"):
+        import_record(tmp_path / "b.xlsx", ImportOptions({"w": "w"}))
+
+
+def test_a_file_without_a_table_is_refused(tmp_path: Path) -> None:
+    """A TDMS file of properties alone ended in a traceback."""
+    with pytest.raises(MeasuredError, match="holds no group with a curve"):
+        chosen(tmp_path / "a.tdms", [], "", "group")
 
 
 def test_universal_files_of_type_58(tmp_path: Path) -> None:

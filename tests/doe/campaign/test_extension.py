@@ -14,13 +14,15 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.data.storage.files import whole_file
 from birdstrike.data.storage.store import RunStore
+from birdstrike.doe.campaign.adoption import adopted_design
 from birdstrike.doe.campaign.campaign import run_campaign
-from birdstrike.doe.campaign.folder import DAY, CampaignFolder
+from birdstrike.doe.campaign.folder import DAY, CampaignFolder, design_rows, design_text
 from birdstrike.doe.campaign.planned import planned_design
 from birdstrike.doe.campaign.results import load_dataset, running
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.solver.case.case import load_case
 from tests.doe.campaign.test_campaign import HIGHEST, campaign, same, snapshot
 from tests.doe.stand_in import VERSION, attempts, design, reference, strike
 
@@ -210,8 +212,31 @@ def test_a_longer_file_over_other_ranges_is_refused(tmp_path: Path) -> None:
     values, path = design(7).values, tmp_path / "runs.csv"
     campaign(tmp_path / "out", file_design(path, values[:4]))
     longer = file_design(path, values)
-    wider = replace(longer, space=replace(longer.space, highs=2.0 * longer.space.highs))
-    refused(tmp_path / "out", wider, "the parameters or their ranges (inversion.parameters) differ")
+    wider = replace(longer, space=replace(longer.space, highs=longer.space.highs * [1.0, 2.0, 1.0, 1.0]))
+    there, here = (f"bird.material.viscosity 0 .. {high} Pa s" for high in (1500, 3000))
+    refused(tmp_path / "out", wider, f"the campaign varied {there}, the case seeks {here}: choose")
+    refused(tmp_path / "out", reversed_columns(longer), "inversion.parameters differ in their order")
+
+
+def reversed_columns(design: Design) -> Design:
+    """The design of the case whose parameters stand the other way round."""
+    space = design.space
+    turned = ParameterSpace(
+        space.names[::-1], space.units[::-1], space.lows[::-1], space.highs[::-1], space.scales[::-1]
+    )
+    return replace(design, space=turned, values=design.values[:, ::-1], unit=design.unit[:, ::-1])
+
+
+def test_an_adopted_campaign_s_columns_stand_as_the_case_has_its_parameters(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("birdstrike.solver.version.SOLVER_VERSION", VERSION)
+    campaign(tmp_path, design(3))
+    table = reference().table
+    table["inversion"]["parameters"] = dict(reversed(table["inversion"]["parameters"].items()))
+    adopted, wanted = adopted_design(load_case(table), tmp_path), reversed_columns(design(3))
+    assert adopted.names == wanted.names
+    np.testing.assert_array_equal(adopted.values, wanted.values)
 
 
 def test_only_the_store_s_own_temporary_files_older_than_a_day_are_removed(tmp_path: Path) -> None:
@@ -272,3 +297,14 @@ def test_a_campaign_whose_first_run_is_under_way_is_no_free_folder(tmp_path: Pat
     running(CampaignFolder(tmp_path), reference(), planned, [], VERSION)
     with pytest.raises(UserError, match="the lhs design of 6 runs and seed 0, not with the lhs design of 4 runs"):
         CampaignFolder(tmp_path).claim(reference(), design(4, 1))
+
+
+def test_a_parameter_of_a_material_whose_name_has_commas_and_quotes_is_one_column(tmp_path: Path) -> None:
+    wanted = design(3)
+    names = ('target.materials.AA2024,T3 "clad".a', *wanted.names[1:])
+    text = design_text(replace(wanted, space=replace(wanted.space, names=names)))
+    numbers, values = design_rows(tmp_path / "design.csv", text.splitlines())
+    assert numbers.tolist() == [1, 2, 3]
+    np.testing.assert_array_equal(values, wanted.values)
+    with pytest.raises(UserError, match="line 3 has 2 cells, its header 5"):
+        design_rows(tmp_path / "design.csv", [*text.splitlines()[:2], "2,1.0"])

@@ -106,6 +106,16 @@ def test_a_campaign_s_own_design_is_read_as_it_stands_and_only_there(tmp_path: P
     np.testing.assert_array_equal(make_design(path, SPACE).values, design.values)
 
 
+def test_runs_that_repeat_another_are_warned_of_and_kept(tmp_path: Path) -> None:
+    header = f"run,{PC} [MPa],{MU} [Pa s],{TEROD} [],{CEROD} []"
+    design = read(
+        tmp_path, header, "3,-0.1,100,0.5,0.5", "5,-0.2,100,0.5,0.5", "9,-0.1,100,0.5,0.5", "4,-0.1,100,0.5,0.5"
+    )
+    (warning,) = design.warnings
+    assert warning.startswith("2 of 4 runs repeat the values of an earlier one (first: run 9)")
+    assert len(design.values) == 4
+
+
 def test_values_outside_a_range_are_warned_of_and_kept(tmp_path: Path) -> None:
     header = f"{PC} [MPa],{MU} [Pa s],{TEROD} [],{CEROD} []"
     design = read(tmp_path, header, "-0.1,100,0.5,0.5", "-0.2,1600,0.5,0.5", "-0.3,1700,0.6,0.7")

@@ -259,10 +259,18 @@ def test_another_deck_is_another_campaign(tmp_path: Path) -> None:
         ('template = "strike.k.j2"', 'template = "strike.k.j2"\nfiles = [3]', ["external.files.0 = 3 must be a text"]),
         ('template = "strike.k.j2"', f'template = "{300 * "x"}"', ["(320 characters) is no file in"]),
         ('file = "nodout"', f'file = "{300 * "x"}"', ["is longer than any file's name: 300 bytes, at most 255"]),
+        (
+            'template = "strike.k.j2"',
+            'template = "strike.k.j2"\nfiles = ["nodout"]',
+            ['external.sensors.displacement_centre.file = "nodout" is among external.files: where the solver writes'],
+        ),
+        ('file = "nodout"', 'file = "/tmp/nodout"', ["file = /tmp/nodout leaves the folder of the run"]),
+        ('file = "nodout"', 'file = "out/../../nodout"', ["file = out/../../nodout leaves the folder of the run"]),
         ("factor = -1", "factor = 0", ["displacement_centre.factor = 0 would make every reading 0; write 1, or -1"]),
     ],
 )
 def test_what_is_wrong_in_the_section_is_named(tmp_path: Path, old: str, new: str, messages: list[str]) -> None:
+    (tmp_path / "nodout").touch()
     with pytest.raises(CaseError) as caught:
         changed(tmp_path, old, new)
     for message in messages:

@@ -121,6 +121,13 @@ def test_a_comma_at_the_end_of_each_row_shifts_no_column(tmp_path: Path) -> None
         read_sensor(written(tmp_path, "t,w,f\n0,1,5,7\n1,2,6,8\n"), CSV)
 
 
+def test_a_column_that_stands_twice_is_not_read(tmp_path: Path) -> None:
+    with pytest.raises(RunFailed, match="2 columns are called f"):
+        read_sensor(written(tmp_path, "t, f,t, f\n0,5,0,7\n1,6,1,8\n"), CSV)
+    time, forces = read_sensor(written(tmp_path, "t, g,t, f\n0,5,0,7\n1,6,1,8\n"), CSV)  # of times the first counts
+    np.testing.assert_allclose([time, forces], [[0.0, 1e-3], [7.0, 8.0]])
+
+
 @pytest.mark.parametrize(
     ("row", "said"),
     [
@@ -139,3 +146,8 @@ def test_titles_between_rows_commas_and_fortran_s_short_exponents_are_read(tmp_p
     time, forces = read_sensor(written(tmp_path, text), COLUMNS)
     np.testing.assert_allclose(time, [0.0, 1e-4, 2e-4])
     np.testing.assert_allclose(forces, [5.0, 60.0, 7.0])
+
+
+def test_the_mark_of_utf_8_before_the_first_row_does_not_take_it(tmp_path: Path) -> None:
+    time, forces = read_sensor(written(tmp_path, "\ufeff0 5\n1 6\n2 7\n"), COLUMNS)
+    np.testing.assert_allclose([time, forces], [[0.0, 1e-3, 2e-3], [5.0, 6.0, 7.0]])

@@ -92,13 +92,24 @@ BETWEEN_FIELDS = [
     (
         "sensors.gauge_m.kind",
         "strain",
-        'sensors.gauge_m: a strain\'s column would be read as one in the unit "m"; use another name',
+        'sensors.gauge_m: its column, which has no unit, would be read as that of "gauge" in the unit "m"; use another '
+        "name",
+    ),
+    (
+        "sensors.gauge_.kind",
+        "strain",
+        'sensors.gauge_: its column, which has no unit, would be read as that of "gauge"; use another name',
     ),
     ("plate.rigid", "yes", "~ = yes must be true or false, without quotes"),
 ]
 INVERSION = [
     ("viscsity", "[1, 2]", "~ = [1, 2] belongs to no quantity of a case; did you mean bird.material.viscosity?"),
     ("viscosity", '["2 Pa s", "1 Pa s"]', "~ = ['2 Pa s', '1 Pa s'] must rise: the lower limit first"),
+    (
+        "viscosity",
+        '["1 Pa s", "1.000000000000001 Pa s"]',
+        "~ = ['1 Pa s', '1.000000000000001 Pa s'] must rise: the lower limit first",
+    ),
     ("viscosity", '["1 Pa s"]', """~ = ['1 Pa s'] must be two limits such as ["0 Pa s", "10000 Pa s"]"""),
     ("viscosity", '[1, "2 Pa s"]', '~.0 = 1 has no unit; write "1 Pa s" (accepted units: Pa s, MPa ms, N*ms/mm^2)'),
 ]

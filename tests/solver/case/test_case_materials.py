@@ -113,6 +113,12 @@ WRONG = [
         '["1 Pa s", "2 Pa s"]',
         "is no key of the plastic",
     ),
+    (
+        "openradioss_panel",
+        'inversion.parameters."target.materials.aluminium.yield_stress".range',
+        '["1 MPa", "2 MPa"]',
+        'is no key of target.materials.aluminium.law = "power"; leave it out',
+    ),
     ("reference_strike", "bird.jitter", "0.5", "~ = 0.5 is outside 0.0 .. 0.3"),
     ("reference_strike", "bird.slenderness", "2", "bird.slenderness needs bird.mass"),
 ]
