@@ -139,7 +139,7 @@ def invert(
         training=training,
         emulator=emulator_figures(located.emulator, dataset),
         prior_predictive=predictive,
-        measured=measured_figures(measured, located.observations),
+        measured=measured_figures(measured, located.observations, float(dataset.time[0])),
         case_hash=dataset.case_hash,
         seed=choice.seed,
         residual=located.residual,
@@ -345,8 +345,8 @@ def emulator_figures(emulator: Emulator, dataset: Dataset) -> EmulatorFigures:
     )
 
 
-def measured_figures(measured: Measured, observations: Observations) -> MeasuredFigures:
-    """Provenance, points and noise of the measurement."""
+def measured_figures(measured: Measured, observations: Observations, start: float) -> MeasuredFigures:
+    """Provenance, points and noise of the measurement; start: of the simulations, on its clock [s]."""
     return MeasuredFigures(
         path=measured.path,
         provenance=tuple(measured.provenance),
@@ -357,6 +357,7 @@ def measured_figures(measured: Measured, observations: Observations) -> Measured
         cuts={c.name: _cuts(c.record) for c in observations.channels if c.record is not None and _cuts(c.record)},
         at_rest={c.name: rest for c in observations.channels if (rest := _at_rest(c.record)) is not None},
         digest=measured.digest,
+        start=start,
     )
 
 

@@ -316,6 +316,7 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
         sentence=_sentence(found.answers, found.ranking, found.tied, by) if found.ranking else "no model has an answer",
         per_shot_sentences=sentences,
         seed=seed,
+        measured=next((one.measured for one in found.answers.values() if one.failure is None), {}),
         warnings=(*_missed(found), *unlike_cases(setups), *summarised(own)),
     )
 

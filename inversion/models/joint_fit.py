@@ -26,8 +26,7 @@ from birdstrike.inversion.estimation.locate import Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, own_origin, suffix
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
-from birdstrike.inversion.invert import InversionOutcome, invert
-from birdstrike.inversion.misfit import rms
+from birdstrike.inversion.invert import InversionOutcome, invert, measured_figures
 from birdstrike.inversion.models.campaigns import ModelRuns
 from birdstrike.inversion.models.candidates import kept_constants, literature_values
 from birdstrike.inversion.models.combinations import combinations
@@ -77,10 +76,10 @@ class ModelFit:
         options = replace(joint.options, sampling=sampling, analyse=False)
         outcome = invert(dataset, joint.measured, joint.verifier, options, emulator=emulator, columns=columns)
         self.runs.report("fit", 1.0)
-        self._kept(emulator, dataset, located, shots)
         self._kept_draws(outcome)
         folds = HeldOutFits(self.runs, dataset, shots, origins, emulator, discrepancy, share).answers()
         clocks = _clocks(origins, outcome.inversion.time_offset.value)
+        self._kept(emulator, dataset, located, clocks)
         published = self.runs.published()
         self._written("published", published, clocks)
         q2 = self._q2(outcome)
@@ -105,10 +104,14 @@ class ModelFit:
             strikes=self._strikes(added, shots, published),
             wall_s=time.monotonic() - began,
             warnings=tuple(dict.fromkeys(self._named(line) for line in said)),
+            measured={
+                setup.name: measured_figures(setup.measured, yardstick(shot), float(shot.dataset.time[0]))
+                for setup, shot in zip(self.runs.setups, shots, strict=True)
+            },
         )
 
-    def _kept(self, emulator: Emulator, dataset: Dataset, located: Located, shots: Sequence[Shot]) -> None:
-        """The emulator of all shots, how its inputs are to be read, and the noise, for the page with sliders."""
+    def _kept(self, emulator: Emulator, dataset: Dataset, located: Located, clocks: Sequence[float]) -> None:
+        """The emulator of all shots, how its inputs are to be read, and the time origins, for the page with sliders."""
         save_emulator(self.runs.folder / "emulator.npz", emulator, dataset)
         space, log = self.runs.scale.space, self.runs.scale.space.logarithmic
         literature = self._literature()
@@ -126,10 +129,7 @@ class ModelFit:
                 setup.name: {name: name + suffix(i) for name in setup.measured.channels}
                 for i, setup in enumerate(self.runs.setups)
             },
-            "noise": {
-                setup.name: {c.name: rms(c.noise) for c in yardstick(shot).channels}
-                for setup, shot in zip(self.runs.setups, shots, strict=True)
-            },
+            "clocks": {setup.name: t0 for setup, t0 in zip(self.runs.setups, clocks, strict=True)},
         }
         write_json(self.runs.folder / "emulator.json", content)
 

@@ -19,6 +19,7 @@ from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.labels import provenance
 from birdstrike.inversion.models.candidates import candidate
 from birdstrike.inversion.results.estimates import Estimate
+from birdstrike.inversion.results.ingredients import MeasuredFigures
 
 SCHEMA_VERSION = 1
 COMPARISON = "models.json"
@@ -82,7 +83,8 @@ class ModelAnswer:
     model is better; q2: shot -> channel -> leave-one-out Q2 of the emulator; eroded: shot -> the campaign's largest
     eroded share of the bird; optimised: optimiser -> what it reached, where any was asked for; discrepancy: share of
     the peaks that the fit allowed for (1 sigma); inside: whether the model can make the records; strikes: shot ->
-    simulations; wall_s: [s] of the call that made the answer; failure: why there is none.
+    simulations; wall_s: [s] of the call that made the answer; failure: why there is none; measured: shot -> the points
+    of its record by which the errors of all models are told.
     """
 
     name: str
@@ -110,6 +112,7 @@ class ModelAnswer:
     wall_s: float = 0.0
     warnings: tuple[str, ...] = ()
     failure: str | None = None
+    measured: Mapping[str, MeasuredFigures] = field(default_factory=dict)
 
     @property
     def error(self) -> tuple[float, tuple[float, float]]:
@@ -126,7 +129,8 @@ class ModelComparison(Displayed):
     ranking: names, least expected held-out error first; per_shot: the same by shot; tied: names that share the first
     place, empty where the first stands alone; tied_per_shot: the same by shot; records: shot -> file; simulated:
     whether one of them is, simulated_shots: of which; sentence: the answer; speeds: shot -> impact speed [m/s];
-    heldout_by: "shot", or "time block" of a single record; warnings: of all models, one for each thing found, the
+    heldout_by: "shot", or "time block" of a single record; measured: shot -> points of its record by which errors are
+    told, with their noise and what the sensors read at rest; warnings: of all models, one for each thing found, the
     gravest first.
     """
 
@@ -142,6 +146,7 @@ class ModelComparison(Displayed):
     sentence: str
     per_shot_sentences: Mapping[str, str]
     seed: int
+    measured: Mapping[str, MeasuredFigures]
     warnings: tuple[str, ...] = ()
     simulated_shots: tuple[str, ...] = ()
 
@@ -167,7 +172,7 @@ class ModelComparison(Displayed):
             model["strikes_per_shot"] = model["strikes"]
             model["strikes"] = sum(model["strikes"].values())
             model["wall_s"] = round(model["wall_s"], 1)
-            del model["residuals"], tree["models"][name]["name"]
+            del model["residuals"], model["measured"], tree["models"][name]["name"]
         return {"schema_version": SCHEMA_VERSION, **tree}
 
     @property

@@ -54,9 +54,9 @@ def read_inversion(folder: Path) -> Learnt:
     first = stored_case(folder)
     cases, told = _cases(folder, first, found)
     table = read_own_table(folder / "verification.csv", ["time_s"], AGAIN)
-    late, method = found.time_offset.value, _method(folder, found, table)
+    method = _method(folder, found, table)
     shots = [
-        LearntShot(f"shot {i + 1}", conditions(case), _errors(table, method, suffix(i), case, late))
+        LearntShot(f"shot {i + 1}", conditions(case), _errors(table, method, suffix(i), case, found))
         for i, case in cases
     ]
     names, draws, said, warnings = _posterior(folder, found, first, method)
@@ -166,14 +166,17 @@ def rough_draws(
     return draws
 
 
-def _errors(table: pd.DataFrame, method: str, ending: str, case: Case, late: float) -> dict[str, SensorError]:
-    """Of one shot's sensors that the verification holds; late: time origin of the record's clock [s]."""
-    time = table["time_s"].to_numpy(float)
+def _errors(table: pd.DataFrame, method: str, ending: str, case: Case, known: Inversion) -> dict[str, SensorError]:
+    """Of one shot's sensors that the verification holds, at the points that the fit used."""
+    time, own = table["time_s"].to_numpy(float), known.measured
+    since = time - known.time_offset.value - case.first_contact
     found: dict[str, SensorError] = {}
     for name, sensor in case.sensors.items():
         label = f"{name}{ending}_{sensor.unit}".rstrip("_")
         if f"measured_{label}" not in table or f"{method}_{label}" not in table:
             continue
         measured, model = (table[f"{start}_{label}"].to_numpy(float) for start in ("measured", method))
-        found[name] = calibrated_error(case, name, time - late - case.first_contact, measured, {CALIBRATED: model})
+        used, noise = own.used(name + ending, time, measured), own.known_noise(name + ending)
+        fitted = np.where(used, measured, np.nan)
+        found[name] = calibrated_error(case, name, since, fitted, {CALIBRATED: model}, noise)
     return found

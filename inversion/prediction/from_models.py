@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from birdstrike.data.curves import Measured, read_histories, read_measured
+from birdstrike.data.curves import read_histories, read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing
-from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
@@ -21,7 +20,6 @@ from birdstrike.inversion.models.ranking import misses
 from birdstrike.inversion.models.results import COMPARISON, ModelAnswer, ModelComparison, read_comparison
 from birdstrike.inversion.models.scaled import Scale
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
-from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.inversion.prediction.from_inversion import NO_SAMPLE, rough_draws
 from birdstrike.inversion.prediction.learnt import (
     Explanation,
@@ -31,6 +29,7 @@ from birdstrike.inversion.prediction.learnt import (
     amplitudes,
     calibrated_error,
 )
+from birdstrike.inversion.results.ingredients import MeasuredFigures
 from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.files import read_region
 
@@ -46,7 +45,10 @@ def read_models(folder: Path, model: str = "") -> Learnt:
     rough = [name for name in kept if not (folder / name / DRAWS_FILE).is_file()]
     names = list(comparison.records)
     cases = {name: stored_case(folder / kept[0] / name) for name in names}
-    shots = tuple(LearntShot(name, conditions(cases[name]), _errors(folder, name, kept, cases[name])) for name in names)
+    shots = tuple(
+        LearntShot(name, conditions(cases[name]), _errors(folder, name, kept, cases[name], comparison.measured[name]))
+        for name in names
+    )
     whole = sum(shares[name] for name in kept)
     explanations = tuple(
         _explanation(folder, comparison.models[name], shares[name] / whole if whole else 1.0 / len(kept), shots)
@@ -133,29 +135,23 @@ def _rough(folder: Path, model: ModelAnswer, case: Case) -> pd.DataFrame:
     return pd.DataFrame(rough_draws(space, model.parameters, searched, prior, 0), columns=list(space.names))
 
 
-def _errors(folder: Path, shot: str, models: list[str], case: Case) -> dict[str, SensorError]:
-    """Of one shot's sensors; on the record's clock the likeliest model's run begins at its time origin."""
+def _errors(folder: Path, shot: str, models: list[str], case: Case, figures: MeasuredFigures) -> dict[str, SensorError]:
+    """Of one shot's sensors at the points by which the models' errors are told.
+
+    On the record's clock the likeliest model's run begins at its time origin.
+    """
     record = read_measured(_present(folder, folder / "records" / f"{shot}.csv"))
+    fitted = figures.fitted(figures.above_rest(record)).channels
     runs = {name: read_histories(_present(folder, folder / name / f"calibrated_{shot}.csv")) for name in models}
     contact = float(runs[models[0]].time[0]) + case.first_contact
     kept = record.time <= min(float(run.time[-1]) for run in runs.values())
     time, found = record.time[kept], dict[str, SensorError]()
-    for sensor, values in readings(record, case, float(time[-1])).items():
-        if all(sensor in run.channels for run in runs.values()):
+    for sensor in case.sensors:
+        if sensor in fitted and all(sensor in run.channels for run in runs.values()):
             curves = {name: np.interp(time, run.time, run.channels[sensor]) for name, run in runs.items()}
-            found[sensor] = calibrated_error(case, sensor, time - contact, values[kept], curves)
+            noise = figures.known_noise(sensor)
+            found[sensor] = calibrated_error(case, sensor, time - contact, fitted[sensor][kept], curves, noise)
     return found
-
-
-def readings(record: Measured, case: Case, end: float) -> dict[str, Array]:
-    """Sensor -> readings (n,) SI less what it reads at rest, as the models were calibrated; end [s]: of the runs."""
-    known = record.only([sensor for sensor in case.sensors if sensor in record.channels])
-    read = read_record(known, Expected.of_case(case, end), test_stated=False, zero=True)
-    rest = {one.name: one.baseline for one in read if one.zeroed}
-    return {
-        sensor: values - (0.0 if (own := rest.get(sensor)) is None else own.at(record.time))
-        for sensor, values in known.channels.items()
-    }
 
 
 def _present(folder: Path, path: Path) -> Path:

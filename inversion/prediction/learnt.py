@@ -130,16 +130,19 @@ class Learnt:
         return tuple(dict.fromkeys(name for shot in self.shots for name in shot.errors))
 
 
-def calibrated_error(case: Case, name: str, times: Array, measured: Array, models: Mapping[str, Array]) -> SensorError:
+def calibrated_error(
+    case: Case, name: str, times: Array, measured: Array, models: Mapping[str, Array], noise: float | None
+) -> SensorError:
     """Of a calibration's record, with one run of every model at its answer.
 
-    times: (m,) [s] since first contact; measured: (m,) SI, NaN where nothing was read; models: label -> (m,) SI.
+    times: (m,) [s] since first contact; measured: (m,) SI, NaN where the fit used no reading; models: label -> (m,) SI;
+    noise: standard deviation, SI, None where it is not known: then by the steps between neighbours.
     """
     sensor = case.sensors[name]
     kept = np.isfinite(measured) & np.all([np.isfinite(curve) for curve in models.values()], axis=0)
     residual = {label: (measured - curve)[None, kept] for label, curve in models.items()}
     steps = np.abs(np.diff(next(iter(residual.values()))[0]))
-    noise = sensor.noise or float(np.median(steps) / 0.954)  # of white noise: 0.6745 sqrt(2)
+    noise = noise or float(np.median(steps) / 0.954)  # of white noise: 0.6745 sqrt(2)
     return SensorError(
         times=times[kept],
         residual=residual,

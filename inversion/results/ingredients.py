@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from birdstrike.data.curves import Measured
 from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
 
@@ -98,7 +99,8 @@ class MeasuredFigures:
     """Where the measurement came from, and how noisy it is taken to be (SI, root mean square of a channel).
 
     cuts: channel -> reason -> instants [s] inside the simulated record that were left out; at_rest: channel -> what was
-    subtracted from it. Both empty in older files. digest: SHA-256 of the file's content, "" where it is not known.
+    subtracted from it. Both empty in older files. digest: SHA-256 of the file's content, "" where it is not known;
+    start: of the simulations, on the record's clock [s].
     """
 
     path: str
@@ -110,17 +112,37 @@ class MeasuredFigures:
     cuts: Mapping[str, Mapping[str, tuple[float, ...]]] = field(default_factory=dict)
     at_rest: Mapping[str, RestFigures] = field(default_factory=dict)
     digest: str = ""
+    start: float = 0.0
 
-    def used(self, channel: str, time: Array, values: Array, start: float) -> NDArray[np.bool_]:
+    def cut(self, channel: str, *reasons: str) -> Array:
+        """Instants [s] of a channel that were cut for these reasons."""
+        found = self.cuts.get(channel, {})
+        return np.array([t for reason in reasons for t in found.get(reason, ())])
+
+    def used(self, channel: str, time: Array, values: Array) -> NDArray[np.bool_]:
         """(n,) True at the readings that the fit of a channel used, of a record's `time` (n,) [s] and `values` (n,).
 
-        start: of the simulations [s]. Of the readings since then that were not cut the fit used the first `points`:
-        beyond the end of the simulated record it took none.
+        Of the readings since `start` that were not cut the fit used the first `points`: beyond the end of the simulated
+        record it took none.
         """
-        cut = np.array([t for times in self.cuts.get(channel, {}).values() for t in times])
+        cut = self.cut(channel, *self.cuts.get(channel, {}))
         left_out = np.isin(np.round(time / SAME_INSTANT), np.round(cut / SAME_INSTANT))
-        sound = np.isfinite(values) & (time >= start - SAME_INSTANT) & ~left_out
+        sound = np.isfinite(values) & (time >= self.start - SAME_INSTANT) & ~left_out
         return np.asarray(sound & (np.cumsum(sound) <= self.points[channel]))
+
+    def above_rest(self, record: Measured) -> Measured:
+        """The record as it was read, less what its sensors read at rest: what the fit compared."""
+        rest = {name: own.at(record.time) for name, own in self.at_rest.items() if name in record.channels}
+        return replace(record, channels={name: v - rest.get(name, 0.0) for name, v in record.channels.items()})
+
+    def fitted(self, record: Measured) -> Measured:
+        """A record above rest with gaps where the fit left a reading out."""
+        kept = {name: self.used(name, record.time, values) for name, values in record.channels.items()}
+        return replace(record, channels={n: np.where(kept[n], v, np.nan) for n, v in record.channels.items()})
+
+    def known_noise(self, channel: str) -> float | None:
+        """Standard deviation of a channel's noise, SI; None where it is only assumed."""
+        return None if self.noise_source[channel] == "assumed" else self.noise[channel]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from birdstrike.data.histories import Array, Histories
+from birdstrike.data.histories import Histories
 from birdstrike.reports.figures.curves import RecordCurve, draw_record
 from birdstrike.reports.figures.quantities import labelled, milliseconds, shown
 from birdstrike.reports.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, WIDE, legend_above, styled
@@ -52,17 +52,15 @@ def heldout_figure(shots: Mapping[str, Errors], names: Sequence[str]) -> Figure:
 @styled
 def curves_figure(
     channels: Mapping[str, str],
-    record: tuple[Array, Mapping[str, Array]],
+    records: Mapping[str, RecordCurve],
     calibrated: Mapping[str, Histories],
     published: Mapping[str, Histories],
     names: Sequence[str],
-    label: str,
 ) -> Figure:
-    """One panel a channel (name -> SI unit): record (clock [s], channel -> SI), models with calibrated constants in
-    full lines, with published ones in thin ones."""
+    """One panel a channel (name -> SI unit): its record, models with calibrated constants in full lines, with published
+    ones in thin ones."""
     figure = Figure(figsize=(WIDE, 0.7 + 2.3 * len(channels)), layout="constrained")
     panels = figure.subplots(len(channels), 1, sharex=True, squeeze=False)[:, 0]
-    time, values = record
     for axes, (channel, unit) in zip(panels, channels.items(), strict=True):
         for runs, mark, style in (
             (published, PUBLISHED, {"linewidth": 0.8, "alpha": 0.75}),
@@ -81,10 +79,10 @@ def curves_figure(
                     label=f"{name}, {mark}",
                     **style,
                 )
-        draw_record(axes, RecordCurve(time, values[channel], None, label), unit)
+        draw_record(axes, records[channel], unit)
         axes.set_ylabel(labelled(channel, shown(np.zeros(1), unit)[1]))
         axes.margins(y=0.08)
-    panels[-1].set_xlim(0.0, float(milliseconds(time[-1:])[0]))
+    panels[-1].set_xlim(0.0, float(milliseconds(next(iter(records.values())).time[-1:])[0]))
     panels[-1].set_xlabel("Time on the record's clock [ms]")
     legend_above(panels[0], columns=3)
     return figure

@@ -31,7 +31,7 @@ def read_models(folder: Path) -> ModelsResults:
     """models.json and the curves of a folder; raises UserError where they are missing or damaged."""
     comparison = read_comparison(folder)
     shots = list(comparison.speeds)
-    records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in shots}
+    records = {s: comparison.measured[s].above_rest(read_measured(folder / "records" / f"{s}.csv")) for s in shots}
     curves = {what: {s: _curves(folder, what, s, comparison.models) for s in shots} for what in (CALIBRATED, PUBLISHED)}
     program = program_in(folder / next(iter(comparison.models)) / shots[0])
     return ModelsResults(comparison, records, curves[CALIBRATED], curves[PUBLISHED], program)

@@ -15,6 +15,7 @@ from birdstrike.data.histories import Array, farthest, side_of
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.observations.prior_predictive import ENVELOPE_SIGMAS
 from birdstrike.inversion.observations.reader import CLIPPED, SATURATED
+from birdstrike.inversion.results.ingredients import MeasuredFigures
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.results.results import InversionResults, Results
 from birdstrike.solver.case.case import load_case
@@ -147,10 +148,15 @@ class RecordPeak:
 
 def record_peak(results: InversionResults, channel: str) -> RecordPeak:
     """Of the points that the fit used, or the end at which the sensor stood where that hides the peak."""
-    unit = results.record.units[channel]
-    at, top = peak(*results.used.points(channel))
-    times, values = results.record.points(channel)
-    flat = np.isin(times, results.cut(channel, CLIPPED, SATURATED))
+    return peak_of(results.record, channel, results.inversion.measured)
+
+
+def peak_of(record: Measured, channel: str, figures: MeasuredFigures) -> RecordPeak:
+    """The same of any record above rest, whose points that a fit used `figures` tell."""
+    unit = record.units[channel]
+    at, top = peak(*figures.fitted(record).points(channel))
+    times, values = record.points(channel)
+    flat = np.isin(times, figures.cut(channel, CLIPPED, SATURATED))
     if not flat.any():
         return RecordPeak(at, top, unit)
     side = side_of(values[flat])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -133,14 +133,11 @@ class InversionResults:
         Left out are readings before and after the simulated record, clipped ones, and those with a fault: errors, peaks
         and ranks are of the points used alone.
         """
-        start, own = float(self.verified[self.best].time[0]), self.record
-        kept = {c: self.inversion.measured.used(c, own.time, v, start) for c, v in own.channels.items()}
-        return replace(own, channels={c: np.where(kept[c], v, np.nan) for c, v in own.channels.items()})
+        return self.inversion.measured.fitted(self.record)
 
     def cut(self, channel: str, *reasons: str) -> Array:
         """Instants [s] of a channel that were cut for these reasons."""
-        found = self.inversion.measured.cuts.get(channel, {})
-        return np.array([t for reason in reasons for t in found.get(reason, ())])
+        return self.inversion.measured.cut(channel, *reasons)
 
     @property
     def filter_text(self) -> str:

@@ -10,9 +10,11 @@ from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.histories import Histories
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
+from birdstrike.inversion.results.ingredients import MeasuredFigures
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.calibrated_models import curves_figure, heldout_figure
 from birdstrike.reports.figures.quantities import parameter_label
+from birdstrike.reports.sections.curves import fitted_curve
 
 MOST_CHANNELS = 3  # of a shot, that are drawn
 NONE = "–"
@@ -20,7 +22,7 @@ NONE = "–"
 
 @dataclass(frozen=True)
 class ModelsResults:
-    """records: shot -> record; calibrated, published: shot -> model -> curves; program: whose."""
+    """records: shot -> record above rest; calibrated, published: shot -> model -> curves; program: whose."""
 
     found: ModelComparison
     records: Mapping[str, Measured]
@@ -151,17 +153,28 @@ def curves_section(results: ModelsResults) -> Section:
         left = len(record.channels) - len(channels)
         others = f"{left} more channel{'s are' if left > 1 else ' is'}"
         more = f"; {others} in the table of errors in models.json" if left else ""
+        label = f"record ({'simulated' if record.simulated else 'measured'})"
         figure = curves_figure(
             channels,
-            (record.time, record.channels),
+            {name: fitted_curve(record, name, results.found.measured[shot], label) for name in channels},
             results.calibrated[shot],
             results.published[shot],
             results.ranked,
-            f"record ({'simulated' if record.simulated else 'measured'})",
         )
         words = f"Shot {results.title(shot)}: heavy lines calibrated, thin lines published constants{more}."
+        words += _of_record(results.found.measured[shot], channels)
         blocks.append(drawing(f"curves-{shot}", figure, words))
     return Section("curves", "Curves", tuple(blocks))
+
+
+def _of_record(figures: MeasuredFigures, channels: Mapping[str, str]) -> str:
+    """What was done to the record before it was compared; channels: name -> SI unit."""
+    zeros = [
+        f"{plain(name)} reads {quantity(figures.at_rest[name].value, unit, 2)} at rest, which is subtracted"
+        for name, unit in channels.items()
+        if name in figures.at_rest
+    ]
+    return f" Record: {'; '.join(zeros)}." if zeros else ""
 
 
 def basis_section(results: ModelsResults) -> Section:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from birdstrike.data.curves import Measured
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.reader import HELD
+from birdstrike.inversion.results.ingredients import MeasuredFigures
 from birdstrike.reports.blocks import Picture, Section, drawing
 from birdstrike.reports.figures.curves import RecordCurve, VerifiedCurve, comparison_figure
 from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.results.findings import channel_error, offset_text, prior_text, worst_text
-from birdstrike.reports.results.measurement import origin, peak, record_peak, record_position
+from birdstrike.reports.results.measurement import origin, peak, peak_of, record_peak, record_position
 from birdstrike.reports.results.results import InversionResults, Results
 
 
@@ -45,14 +47,23 @@ def comparison(results: InversionResults, channel: str) -> Figure:
 
 def record_curve(results: InversionResults, channel: str) -> RecordCurve:
     """The record's points that the fit used, and lightly those that it left out, repetitions of a slow logger aside."""
-    used, own, top = results.used.channels[channel], results.record, record_peak(results, channel)
-    repeated = np.isin(own.time, results.cut(channel, HELD))
-    left_out = np.where(np.isfinite(used) | repeated, np.nan, own.channels[channel])
+    return fitted_curve(results.record, channel, results.inversion.measured, f"record, {origin(results.record)}")
+
+
+def fitted_curve(record: Measured, channel: str, figures: MeasuredFigures, label: str) -> RecordCurve:
+    """The same of any record above rest, whose points that a fit used `figures` tell."""
+    used, top, known = (
+        figures.fitted(record).channels[channel],
+        peak_of(record, channel, figures),
+        figures.known_noise(channel),
+    )
+    repeated = np.isin(record.time, figures.cut(channel, HELD))
+    left_out = np.where(np.isfinite(used) | repeated, np.nan, record.channels[channel])
     return RecordCurve(
-        time=own.time,
+        time=record.time,
         values=used,
-        sigma=noise(results, channel),
-        label=f"record, {origin(own)}",
+        sigma=None if known is None else np.full(record.time.size, known),
+        label=label,
         left_out=left_out if np.isfinite(left_out).any() else None,
         clipped=(top.time, top.value) if top.clipped else None,
     )
@@ -65,10 +76,8 @@ def _verified(results: InversionResults, method: str, channel: str) -> VerifiedC
 
 def noise(results: InversionResults, channel: str) -> Array | None:
     """Standard deviation (r,) SI at the record's times; None where it is only assumed."""
-    measured = results.inversion.measured
-    if measured.noise_source[channel] == "assumed":
-        return None
-    return np.full(results.record.time.size, measured.noise[channel])
+    known = results.inversion.measured.known_noise(channel)
+    return None if known is None else np.full(results.record.time.size, known)
 
 
 def _comparison_caption(results: InversionResults, channel: str) -> str:

@@ -92,7 +92,7 @@ def _sensor(inversion: Inversion, name: str, unit: str, time: Array, values: Arr
     source = paths.get(f"@{parts[1]}" if len(parts) > 1 else "", Path(inversion.measured.path).name)
     label = f"{plain(parts[0])}, {source}" if len(inversion.shots) > 1 else plain(parts[0])
     seen = (time >= clock[0] - SAME_INSTANT) & (time <= clock[-1] + SAME_INSTANT)
-    used = inversion.measured.used(name, time[seen], values[seen], clock[0])
+    used = inversion.measured.used(name, time, values)[seen]
     own = record(time[seen], values[seen], np.full(len(used), noise), source, used)
     return channel(name, unit, noise, own, label)
 

@@ -6,6 +6,7 @@ A constant that was sought over decades moves as the fraction of its logarithmic
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,12 @@ import numpy as np
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import plain, span
+from birdstrike.data.formatting import plain, signed_ms, span
+from birdstrike.data.histories import Array
 from birdstrike.data.storage.files import read_json
 from birdstrike.data.storage.out_folder import maker_of, model_of
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, read_comparison
+from birdstrike.inversion.results.ingredients import SAME_INSTANT, MeasuredFigures
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
 from birdstrike.surrogate.files import load_emulator, read_runs
@@ -34,7 +37,7 @@ def read(folder: Path) -> tuple[View, ...]:
     folder, model = model_of(folder) or (folder, "")
     comparison = read_comparison(folder, model)
     names = [model] if model else comparison.ranking
-    missing = [name for name in names if "noise" not in read_json(folder / name / "emulator.json")]
+    missing = [name for name in names if "clocks" not in read_json(folder / name / "emulator.json")]
     if missing:
         raise UserError(
             f"no emulator of {', '.join(missing)} in {folder}, or one of an earlier version; repeat "
@@ -48,6 +51,7 @@ def _view(folder: Path, comparison: ModelComparison, model: ModelAnswer, records
     own = read_json(folder / "emulator.json")
     emulator = load_emulator(folder / "emulator.npz")
     theta, curves = read_runs(folder / "emulator.npz")
+    clock = next(iter(emulator.channels.values())).time
     presets = [preset("calibrated", own["calibrated"])]
     presets += [preset("published", own["published"])] if own["published"] else []
     estimates = {key: vars(one) for key, one in model.parameters.items()}
@@ -60,12 +64,18 @@ def _view(folder: Path, comparison: ModelComparison, model: ModelAnswer, records
         parameters=[_slider(key, own, estimates.get(key)) for key in emulator.names],
         systems=[emulator_table(emulator)],
         shots=[
-            _shot(f"{shot}, {comparison.speeds[shot]:g} m/s", own["channels"][shot], own["noise"][shot], measured)
+            {
+                "name": f"{shot}, {comparison.speeds[shot]:g} m/s",
+                "system": 0,
+                "channels": _sensors(
+                    own["channels"][shot], measured, comparison.measured[shot], own["clocks"][shot], clock
+                ),
+            }
             for shot, measured in records.items()
         ],
         answers=said,
         presets=presets,
-        runs=runs(theta, next(iter(emulator.channels.values())).time, curves),
+        runs=runs(theta, clock, curves),
         warnings=list(model.warnings),
         case=str(folder / next(iter(records)) / "case.toml"),
     )
@@ -96,15 +106,25 @@ def _slider(key: str, own: dict[str, Any], estimate: dict[str, Any] | None) -> T
     return table
 
 
-def _shot(name: str, channels: dict[str, str], noise: dict[str, float], measured: Measured) -> Table:
-    """channels: name -> that of the emulator; noise: channel -> standard deviation that the errors are told against."""
-    sensors = []
-    for plain_name, key in channels.items():
-        time, values = measured.points(plain_name)
-        sigma = noise.get(plain_name)
-        seen = record(time, values, np.full(len(time), np.nan if sigma is None else sigma), measured.path)
-        sensors.append(channel(key, measured.units[plain_name], sigma, seen, plain(plain_name)))
-    return {"name": name, "system": 0, "channels": sensors}
+def _sensors(
+    channels: Mapping[str, str], measured: Measured, figures: MeasuredFigures, late: float, clock: Array
+) -> list[Table]:
+    """A shot's sensors with its record above rest, scored at the points by which the models' errors are told.
+
+    channels: name -> that of the emulator; late: time origin of the record [s], by which it is moved onto the clock
+    (m,) [s] of the simulations.
+    """
+    time, above = measured.time - late, figures.above_rest(measured)
+    seen = (time >= clock[0] - SAME_INSTANT) & (time <= clock[-1] + SAME_INSTANT)
+    moved = f", its time less {signed_ms(late)}" if late else ""
+    found = []
+    for name, key in channels.items():
+        used, noise = figures.used(name, measured.time, above.channels[name]), figures.noise[name]
+        shown = seen | used
+        sigma = np.full(int(shown.sum()), noise)
+        own = record(time[shown], above.channels[name][shown], sigma, f"{measured.path}{moved}", used[shown])
+        found.append(channel(key, measured.units[name], noise, own, plain(name)))
+    return found
 
 
 KIND = Kind("calibrate-models", holds, read)

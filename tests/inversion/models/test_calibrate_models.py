@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 from birdstrike import export
 from birdstrike.cli.app import app
-from birdstrike.data.curves import Measured, write_measured
+from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.data.storage.out_folder import MARK
@@ -26,17 +26,20 @@ from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.models.calibrate_models import _compared, _verdict, calibrate_models
 from birdstrike.inversion.models.campaigns import ShotSetup, unlike_cases
 from birdstrike.inversion.models.candidates import calibrated_case, candidate, candidates
 from birdstrike.inversion.models.ranking import _order, bootstrap, ranked, shot_error
-from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
+from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, read_comparison
 from birdstrike.inversion.prediction.from_models import read_models
 from birdstrike.reports.explore.explore import explore
 from birdstrike.reports.explore.kinds.registry import kind_of
 from birdstrike.reports.figures.calibrated_models import heldout_figure
-from birdstrike.reports.page.models import write_models_page
+from birdstrike.reports.page.models import page, write_models_page
+from birdstrike.reports.page.models import read_models as read_page
 from birdstrike.reports.results.parts import find_parts
+from birdstrike.reports.sections.curves import fitted_curve
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.write import case_toml
 from tests.doe.external_case import oscillator
@@ -56,17 +59,26 @@ class Calibrated:
     content: dict[str, Any]
 
 
-def longer(records: list[Measured]) -> list[Measured]:
-    """Each record with two points after the end of the simulations."""
-    return [
-        replace(
-            record,
-            time=np.append(record.time, [1.1e-3, 1.2e-3]),
-            channels={name: np.append(values, [0.0, 0.0]) for name, values in record.channels.items()},
-            sigma={name: np.append(values, values[-2:]) for name, values in record.sigma.items()},
-        )
-        for record in records
-    ]
+OFFSET, LIMIT = 3e-4, 2.4e-3
+CENTRE, SIDE = "displacement_centre", "displacement_side"
+
+
+def as_recorded(records: list[Measured]) -> list[Measured]:
+    """Each record with its rest before, two points after the end of the simulations, and faults of its instruments.
+
+    At rest the centre's sensor reads 0.3 mm; the side's ends at 2.4 mm, which clips the faster shot.
+    """
+    before, rng, found = 2e-5 * np.arange(-60, 0), np.random.default_rng(9), []
+    for record in records:
+        seen = {
+            name: np.concatenate([rig.NOISE * rng.standard_normal(60), values, [0.0, 0.0]])
+            for name, values in record.channels.items()
+        }
+        time = np.concatenate([before, record.time, [1.1e-3, 1.2e-3]])
+        sigma = {name: np.full(len(time), rig.NOISE) for name in seen}
+        seen = {CENTRE: seen[CENTRE] + OFFSET, SIDE: np.minimum(seen[SIDE], LIMIT)}
+        found.append(replace(record, time=time, channels=seen, sigma=sigma))
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +86,7 @@ def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Calibrated:
     folder = tmp_path_factory.mktemp("models")
     cases, records = rig.shots()
     with rig.formula_for_solver():
-        found = calibrate_models(cases, longer(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
+        found = calibrate_models(cases, as_recorded(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
     return Calibrated(folder, found, json.loads((folder / "models.json").read_text(encoding="utf-8")))
 
 
@@ -104,8 +116,8 @@ def test_the_bulk_modulus_is_found_and_gamma_is_not(calibrated: Calibrated) -> N
 def test_what_holds_for_all_models_shots_and_channels_is_warned_of_once(calibrated: Calibrated) -> None:
     told = [line for line in calibrated.found.warnings if "time.end" in line]
     assert told == [
-        "8 points of 4 channels outside the simulated time (0 .. 1 ms) are left out of the fit; raise time.end to use "
-        "later ones"
+        "248 points of 4 channels outside the simulated time (0 .. 1 ms) are left out of the fit; raise time.end to "
+        "use later ones"
     ]
     own = calibrated.content["models"]["null"]["warnings"]
     assert any(line.startswith("displacement_side of shot_1: 0 points before and 2 after") for line in own)
@@ -162,10 +174,10 @@ def test_repeating_the_call_simulates_nothing(calibrated: Calibrated) -> None:
     with rig.formula_for_solver():
         rig.CALLS.clear()
         again = calibrate_models(
-            cases, longer(records), calibrated.folder, NAMES, runs=RUNS, workers=1, posterior=False
+            cases, as_recorded(records), calibrated.folder, NAMES, runs=RUNS, workers=1, posterior=False
         )
         turned = calibrate_models(
-            cases[::-1], longer(records)[::-1], calibrated.folder, NAMES, runs=RUNS, workers=1, posterior=False
+            cases[::-1], as_recorded(records)[::-1], calibrated.folder, NAMES, runs=RUNS, workers=1, posterior=False
         )
     assert not rig.CALLS
     assert again.as_json() == turned.as_json() == calibrated.found.as_json()
@@ -189,7 +201,7 @@ def test_models_that_an_earlier_call_calibrated_are_kept_and_said_to_be_left_out
     cases, records = rig.shots()
 
     def repeated(*names: str) -> ModelComparison:
-        return calibrate_models(cases, longer(records), folder, names, runs=RUNS, workers=1, posterior=False)
+        return calibrate_models(cases, as_recorded(records), folder, names, runs=RUNS, workers=1, posterior=False)
 
     with rig.formula_for_solver():
         rig.CALLS.clear()
@@ -211,7 +223,7 @@ def test_a_model_that_the_folder_holds_under_another_name_is_read_and_keeps_it(
     with rig.formula_for_solver():
         rig.CALLS.clear()
         found = calibrate_models(
-            cases, longer(records), folder, ["null", "null+murnaghan"], runs=RUNS, workers=1, posterior=False
+            cases, as_recorded(records), folder, ["null", "null+murnaghan"], runs=RUNS, workers=1, posterior=False
         )
     assert not rig.CALLS
     assert not (folder / "null+murnaghan").exists()
@@ -227,7 +239,7 @@ def test_the_models_that_rank_all_are_named_so_that_the_command_takes_them(
     cases, records = rig.shots()
     with rig.formula_for_solver():
         found = calibrate_models(
-            cases, longer(records), folder, ["null+grueneisen"], runs=RUNS, workers=1, posterior=False
+            cases, as_recorded(records), folder, ["null+grueneisen"], runs=RUNS, workers=1, posterior=False
         )
     assert found.warnings[0].startswith("murnaghan: calibrated in this folder by an earlier call and not ranked")
     advised = re.findall(r"--models (\S+):", found.warnings[0])
@@ -258,7 +270,7 @@ def test_an_interrupted_call_with_other_records_leaves_no_ranking_of_the_earlier
         with pytest.raises(UserError, match="make it, or resume what was interrupted"):
             read(folder)
     with rig.formula_for_solver():
-        again = calibrate_models(cases, longer(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
+        again = calibrate_models(cases, as_recorded(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
     assert again.ranking == calibrated.found.ranking
 
 
@@ -274,7 +286,7 @@ def test_an_interrupted_call_with_a_further_model_leaves_the_ranking_of_the_othe
     with rig.formula_for_solver() as patch:
         patch.setattr("birdstrike.inversion.models.heldout_fits.HeldOutFits.answers", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            calibrate_models(cases, longer(records), folder, MORE, runs=RUNS, workers=1, posterior=False)
+            calibrate_models(cases, as_recorded(records), folder, MORE, runs=RUNS, workers=1, posterior=False)
     assert json.loads((folder / "models.json").read_text(encoding="utf-8")) == calibrated.content
 
 
@@ -284,7 +296,7 @@ def test_a_refused_call_leaves_the_answer_of_the_folder(calibrated: Calibrated, 
     cases, records = rig.shots()
     thicker = [case.overlaid({"plate": {"thickness": "7 mm"}}) for case in cases]
     with rig.formula_for_solver(), pytest.raises(UserError, match=r"plate\.thickness is .* there and 0\.007 here"):
-        calibrate_models(thicker, longer(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
+        calibrate_models(thicker, as_recorded(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
@@ -310,7 +322,7 @@ def test_a_repeated_call_keeps_the_pages_of_its_answer(calibrated: Calibrated, t
     pages = [write_models_page(folder), explore(folder)]
     cases, records = rig.shots()
     with rig.formula_for_solver():
-        calibrate_models(cases, longer(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
+        calibrate_models(cases, as_recorded(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
     assert all(page.is_file() for page in pages)
 
 
@@ -384,6 +396,69 @@ def test_the_page_to_play_with_tells_the_misfit_of_a_record_whose_noise_the_case
     for sensor in view.shots[0]["channels"]:
         assert sensor["noise"] == stated.sensors[sensor["name"]].noise
         assert np.isfinite(sensor["record"]["sigma"]).all()
+
+
+def test_what_was_used_of_each_record_stands_in_the_answer(calibrated: Calibrated) -> None:
+    slow, fast = (calibrated.found.measured[shot] for shot in ("shot_0", "shot_1"))
+    assert slow == read_comparison(calibrated.folder).measured["shot_0"]
+    assert slow.points == {CENTRE: 26, SIDE: 26}
+    assert slow.at_rest[CENTRE].value == pytest.approx(OFFSET, abs=5e-6)
+    assert set(slow.at_rest) == {CENTRE}
+    assert set(fast.cuts) == {SIDE}
+    assert fast.points[SIDE] == 26 - len(fast.cut(SIDE, *fast.cuts[SIDE])) < 23
+
+
+def test_no_reading_that_the_fit_left_out_is_an_error_of_the_models_in_a_prediction(calibrated: Calibrated) -> None:
+    """A clipped peak was a model error of a tenth of the peak."""
+    for shot in read_models(calibrated.folder).shots:
+        for name, error in shot.errors.items():
+            assert len(error.times) == calibrated.found.measured[shot.name].points[name]
+            assert error.sigma == pytest.approx(rig.NOISE)
+            assert np.sqrt(error.excess("murnaghan")) < 0.005
+
+
+def test_the_page_draws_what_was_compared_and_what_was_left_out_apart(calibrated: Calibrated) -> None:
+    """A record with a zero of its own lay beside every curve, and its clipped readings were drawn as a peak."""
+    results = read_page(calibrated.folder)
+    for shot, figures in results.found.measured.items():
+        run, told = results.calibrated[shot]["murnaghan"], results.found.models["murnaghan"].verified[shot].rmse
+        for name in (CENTRE, SIDE):
+            curve = fitted_curve(results.records[shot], name, figures, "record")
+            left = (curve.values - np.interp(curve.time, run.time, run.channels[name]))[np.isfinite(curve.values)]
+            assert len(left) == figures.points[name]
+            assert rms(left) == pytest.approx(told[name], rel=1e-6)
+    assert curve.clipped is not None
+    assert curve.clipped[1] == pytest.approx(LIMIT)
+    text = page(results)
+    assert "record, left out of the fit" in text
+    assert "displacement centre reads 0.3 mm at rest, which is subtracted" in text
+
+
+def test_the_sliders_score_the_same_points_on_the_simulations_clock(calibrated: Calibrated, tmp_path: Path) -> None:
+    late, copy = 2e-5, shutil.copytree(calibrated.folder / "murnaghan", tmp_path / "models" / "murnaghan").parent
+    for name in ("models.json", "records"):
+        (shutil.copytree if name == "records" else shutil.copy)(calibrated.folder / name, copy / name)
+    content = json.loads((copy / "murnaghan" / "emulator.json").read_text(encoding="utf-8"))
+    assert content["clocks"] == {"shot_0": 0.0, "shot_1": 0.0}
+    content["clocks"]["shot_1"] = late
+    (copy / "murnaghan" / "emulator.json").write_text(json.dumps(content), encoding="utf-8")
+    (view,) = kind_of(copy / "murnaghan").read(copy / "murnaghan")
+    for shot, moved in zip(view.shots, (0.0, late), strict=True):
+        name = shot["name"].split(",")[0]
+        curves = fitted_of(calibrated, name)
+        for sensor, (time, values) in zip(shot["channels"], curves.values(), strict=True):
+            assert sensor["record"]["time"] == pytest.approx(time - moved, abs=1e-12)
+            assert sensor["record"]["values"] == pytest.approx(values, abs=1e-12)
+            assert sensor["record"]["sigma"] == pytest.approx(rig.NOISE)
+    assert view.shots[1]["channels"][1]["record"]["left_out"]["values"] == pytest.approx(LIMIT)
+    assert "its time less +0.020 ms" in view.shots[1]["channels"][0]["record"]["source"]
+
+
+def fitted_of(calibrated: Calibrated, shot: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Sensor -> instants and readings that count, of a record in the folder."""
+    figures = calibrated.found.measured[shot]
+    fitted = figures.fitted(figures.above_rest(read_measured(calibrated.folder / "records" / f"{shot}.csv")))
+    return {name: fitted.points(name) for name in fitted.channels}
 
 
 def test_the_page_to_play_with_of_one_model_s_folder_is_of_this_model(calibrated: Calibrated, tmp_path: Path) -> None:

@@ -202,6 +202,8 @@ def of_two_shots(learnt: Path, folder: Path, other: Case) -> Path:
     content["shots"] = [
         shot | {"suffix": suffix, "case_hash": case_hash(case)} for suffix, case in (("", tiny()), ("@2", other))
     ]
+    for key in ("points", "noise", "noise_source"):
+        content["measured"][key] |= {f"{name}@2": own for name, own in content["measured"][key].items()}
     (folder / "inversion.json").write_text(json.dumps(content), encoding="utf-8")
     table = pd.read_csv(folder / "verification.csv")
     for column in [name for name in table if name.endswith("_m")]:

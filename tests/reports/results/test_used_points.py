@@ -10,6 +10,8 @@ import pytest
 
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.inversion.observations.reader import CLIPPED, OUTLIER
+from birdstrike.inversion.prediction.from_inversion import CALIBRATED
+from birdstrike.inversion.prediction.reading import read_learnt
 from birdstrike.reports.comparison.clock import best_offset
 from birdstrike.reports.page.page import report
 from birdstrike.reports.results.findings import findings
@@ -63,6 +65,16 @@ def test_a_model_is_scored_by_what_the_inversion_compared(clipped: Results) -> N
     entry = scores(clipped)[clipped.best, CHANNEL]
     assert entry.rms == pytest.approx(verified.verified_rmse, rel=1e-6)
     assert entry.share == pytest.approx(verified.verified_relative, rel=1e-6)
+
+
+def test_a_prediction_learns_the_model_s_error_from_the_points_used_alone(clipped: Results, loop: Path) -> None:
+    """A clipped peak and two spikes were a model error of 14 % of the peak."""
+    (shot,), own = read_learnt(loop).shots, clipped.inversion.measured
+    error = shot.errors[CHANNEL]
+    assert len(error.times) == own.points[CHANNEL]
+    assert error.peak < LIMIT
+    assert error.sigma == pytest.approx(own.noise[CHANNEL])
+    assert np.sqrt(error.excess(CALIBRATED)) < 0.01
 
 
 def test_the_right_bird_is_nearest_though_its_peak_was_clipped(clipped: Results) -> None:
