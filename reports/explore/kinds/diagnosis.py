@@ -18,6 +18,7 @@ from birdstrike.inversion.results.diagnosis_files import CASE, MODEL, case_files
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
 from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.effects.registry import effect_named
 from birdstrike.solver.sensors.instrument import Instrument
 
 LIKELY = 0.02  # probability from which on an effect's slider is shown at once
@@ -38,6 +39,7 @@ def read(folder: Path) -> tuple[View]:
     found, model = Diagnosis.read(folder / "diagnosis.json"), load_tree(folder / MODEL)
     fits, parameters = model["fits"], model["parameters"]
     names = [one["name"] for one in model["shots"]]
+    cases = _cases(folder, names)
     told = (found.after if found.after and "after" in fits else found.before).parameters
     first = model["systems"][model["shots"][0]["system"]]
     view = View(
@@ -51,11 +53,11 @@ def read(folder: Path) -> tuple[View]:
         ],
         systems=[{key: part for key, part in system.items() if key != "runs"} for system in model["systems"]],
         shots=[
-            _shot(folder / file, shot, found.noise["sensors"])
+            _shot(folder / file, shot, found.noise["sensors"], cases[shot["name"]])
             for file, shot in zip(curve_files(names), model["shots"], strict=True)
         ],
         answers=[answer(one["name"], one["unit"], told[one["name"]], told) for one in parameters],
-        effects=_effects(model["effects"], found, _cases(folder, names)),
+        effects=_effects(model["effects"], found, cases),
         presets=_presets(fits, found.shots),
         runs=runs(first["runs"]["parameters"], first["time"], first["runs"]["curves"]),
         warnings=list(found.warnings),
@@ -90,10 +92,10 @@ def _presets(fits: Mapping[str, Mapping[str, Any]], shots: Sequence[ShotStates])
     ]
 
 
-def _shot(path: Path, shot: Mapping[str, Any], sensors: Mapping[str, Mapping[str, Any]]) -> Table:
+def _shot(path: Path, shot: Mapping[str, Any], sensors: Mapping[str, Mapping[str, Any]], case: Case) -> Table:
     """A shot with its record as the diagnosis read it: neighbouring instants averaged where there are many.
 
-    sensors: of `noise` in diagnosis.json.
+    sensors: of `noise` in diagnosis.json; case: as declared, whose instruments have read the curves already.
     """
     table, channels = read_curves(path), []
     for one in shot["channels"]:
@@ -102,7 +104,7 @@ def _shot(path: Path, shot: Mapping[str, Any], sensors: Mapping[str, Mapping[str
         noise = rms(sigma)
         seen = record(time, values, sigma, shot["name"])
         seen |= _averaging(one, time, sensors.get(one["name"], {}))
-        channels.append(channel(one["name"], one["unit"], noise, seen))
+        channels.append(channel(one["name"], one["unit"], noise, seen) | {"instrument": _read_by(case, one["name"])})
     return {"name": shot["name"], "system": shot["system"], "channels": channels}
 
 
@@ -139,10 +141,13 @@ def _effect(one: Mapping[str, Any], told: EffectFigures, cases: Mapping[str, Cas
     """A slider over the magnitudes that were looked at; cases: by shot.
 
     single: the one sensor that it acts on, where it has no other; stated: what the case of the first shot in which it
-    acts states of its instrument; elsewhere: the same by shot, of those whose cases state something else.
+    acts states of its instrument, without the case's effects, which act on top of it; elsewhere: the same by shot, of
+    those whose cases state something else; declared: of a fault in common, the magnitude that this case declares
+    besides, and least, below which none means anything.
     """
     single = one["sensors"][0] if one["sensors"] and label_parts(one["label"])[1] else None
-    stated, *others = (_stated(cases[name], single) for name in one["shots"])
+    stated, *others = (_read_by(cases[name].with_effects({}), single or "") for name in one["shots"])
+    case, common = cases[one["shots"][0]], one["sensors"] and not single
     return {
         **{key: one[key] for key in ("label", "name", "family", "size", "low", "high", "shots", "sensors")},
         **unit_of(one["unit"]),
@@ -154,13 +159,15 @@ def _effect(one: Mapping[str, Any], told: EffectFigures, cases: Mapping[str, Cas
         "interval": told.interval_95,
         "single": single,
         "stated": stated,
+        "declared": case.effects.get(one["name"], 0.0) if common else 0.0,
+        "least": effect_named(one["name"]).least(case) if common else one["low"],
         "elsewhere": {name: other for name, other in zip(one["shots"][1:], others, strict=True) if other != stated},
     }
 
 
-def _stated(case: Case, sensor: str | None) -> Table:
-    """What a case states of a sensor's instrument."""
-    found = case.instrument.get(sensor or "", Instrument())
+def _read_by(case: Case, sensor: str) -> Table:
+    """A sensor's instrument in a case."""
+    found = case.instrument.get(sensor, Instrument())
     return {key: getattr(found, key) for key in ("gain", "time_offset", "drift", "bandwidth")}
 
 

@@ -17,6 +17,9 @@ const INSTRUMENT = {
   sensor_bandwidth: (x, stated) => ["bandwidth", quotedToml(`${Number((1 / (2 * Math.PI * slowness(x, stated))).toPrecision(10))} 1/s`)],
 };
 
+// Magnitude of a fault of all instruments beside what a case declares of it (solver.effects.instrument.combined).
+const beside = (effect, x, declared) => Math.max(effect.name === "sensor_gain" ? (1 + declared) * (1 + x) - 1 : declared + x, effect.least);
+
 // [section, key, value in TOML, note] of every parameter, and of those effects that are there.
 const keysOf = (view, point, effects = view.effects) => {
   const rows = view.parameters.map((axis, i) => {
@@ -25,7 +28,7 @@ const keysOf = (view, point, effects = view.effects) => {
     return [parts.join("."), key, quantity.unit ? quotedToml(written(value, quantity)) : String(Number(value.toPrecision(10))), ""];
   });
   effects.filter((effect) => point.effects[effect.label]).forEach((effect) => {
-    const x = point.effects[effect.label], alone = effect.label.split("@")[1], note = alone ? `of shot ${alone} alone` : "";
+    const found = point.effects[effect.label], x = effect.declared ? beside(effect, found, effect.declared) : found, alone = effect.label.split("@")[1], note = alone ? `of shot ${alone} alone` : "";
     if (effect.single) {
       const [key, value] = INSTRUMENT[effect.name](x, effect.stated);
       const elsewhere = Object.entries(effect.elsewhere).map(([shot, stated]) => `of shot ${shot}: ${INSTRUMENT[effect.name](x, stated)[1]}`);

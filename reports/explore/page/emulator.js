@@ -85,7 +85,8 @@ const addResponse = (response, name, z, h, out) => {
   own.slopes[name].forEach((row, j) => addScaled(out, row, h * (z[j] - response.centre[j])));
 };
 
-// Change of a curve by a fault of an instrument, of a magnitude in SI (inversion.diagnosis.preparation.instrument.change).
+// What a fault of an instrument, of a magnitude in SI, adds to a curve that the case's own instrument has read already
+// (inversion.diagnosis.preparation.instrument.change). signal: that curve less the drift of its instrument.
 const gradient = (time, curve) => curve.map((_, i) => {
   const a = Math.max(i - 1, 0), b = Math.min(i + 1, curve.length - 1);
   return (curve[b] - curve[a]) / (time[b] - time[a]);
@@ -105,12 +106,16 @@ const delayed = (late, time, curve) => {
     return sampleAt(time, curve, Math.min(t, end)) + Math.max(t - end, 0) * slope;
   });
 };
+const slower = (tau, time, signal, own) => {
+  if (!(tau > 0)) return new Float64Array(signal.length);
+  const whole = tau + (own.bandwidth ? 1 / (2 * Math.PI * own.bandwidth) : 0);
+  return lowPass(signal, time[1] - time[0], whole).map((y, i) => (tau / whole) * (y - signal[i]));
+};
 const FAULTS = {
-  sensor_gain: (gain, time, curve) => curve.map((y) => gain * y),
+  sensor_gain: (gain, time, signal) => signal.map((y) => gain * y),
   sensor_drift: (rate, time) => Float64Array.from(time, (t) => rate * t),
-  time_offset: (late, time, curve) => delayed(late, time, curve).map((y, i) => y - curve[i]),
-  sensor_bandwidth: (tau, time, curve) => (
-    tau > 0 ? lowPass(curve, time[1] - time[0], tau).map((y, i) => y - curve[i]) : new Float64Array(curve.length)),
+  time_offset: (late, time, signal) => delayed(late, time, signal).map((y, i) => y - signal[i]),
+  sensor_bandwidth: slower,
 };
 
 const acting = (view, point, shot) => view.effects.filter(
@@ -126,14 +131,15 @@ const curveOf = (view, shot, name, point, out = null) => {
   if (system.mesh) addMesh(system.mesh, name, z, curve);
   const active = acting(view, point, shot);
   if (!active.length) return curve;
-  const bare = Float64Array.from(curve);
+  const own = shot.channels.find((one) => one.name === name).instrument;
+  const signal = own ? curve.map((y, i) => y - own.drift * time[i]) : null; // effects come with instruments alone
   active.forEach((effect) => {
     const b = point.effects[effect.label] / effect.size;
     if (!effect.sensors) {
       const response = system.responses[effect.name];
       addResponse(response, name, z, responseSize(response.knots, b), curve);
     } else if (effect.sensors.includes(name)) {
-      addScaled(curve, FAULTS[effect.name](point.effects[effect.label], time, bare), 1);
+      addScaled(curve, FAULTS[effect.name](point.effects[effect.label], time, signal, own), 1);
     }
   });
   return curve;

@@ -15,7 +15,7 @@ from matplotlib import pyplot as plt
 from birdstrike.data.storage.tree import load_tree, save_tree
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import predicted
 from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
-from birdstrike.inversion.diagnosis.preparation.instrument import with_faults
+from birdstrike.inversion.diagnosis.preparation.instrument import change, with_faults
 from birdstrike.inversion.results.diagnosis_files import MODEL
 from birdstrike.reports.explore.explore import explore
 from birdstrike.solver.case.case import load_case
@@ -137,6 +137,46 @@ def test_a_slower_sensor_has_both_time_constants_in_the_copied_case(
     expected = with_faults(load_case(folder / "case.toml"), [fault]).instrument["displacement_side"].bandwidth
     assert expected == pytest.approx(2574.0, rel=1e-3)
     assert load_case(tmp_path / "what_if.toml").instrument["displacement_side"].bandwidth == pytest.approx(expected)
+
+
+SLIDERS = """(effects) => {
+  const { state, setPoint, draw } = window.explore;
+  setPoint({ ...state.view.presets[0], effects });
+  draw();
+  return state.panels.map((panel) => [...panel.curve]);
+}"""
+FOUND = {"sensor_gain": 0.2, "time_offset": 6e-5, "sensor_bandwidth": 3e-5, "sensor_drift": -0.4}
+
+
+def test_a_fault_beside_a_declared_instrument_is_that_of_the_diagnosis(
+    browser: Browser, laboratory: Laboratory, tmp_path: Path
+) -> None:
+    """The page read the curve as if nothing were declared: 30 us beside 2 kHz were off by 45 % of their change, a gain
+    beside a drift of 0.6 m/s by 25 %."""
+    folder = shutil.copytree(laboratory.folder / "out", tmp_path / "out")
+    declared = 'gain = 1.5\ntime_offset = "50 us"\nbandwidth = "2 kHz"\ndrift = "0.6 m/s"\n'
+    with (folder / "case.toml").open("a") as file:
+        file.write(f"\n[instrument.displacement_side]\n{declared}\n[effects]\nsensor_gain = 0.1\n")
+    case, time = load_case(folder / "case.toml"), load_tree(folder / MODEL)["systems"][0]["time"]
+    browser.open(explore(folder))
+    bare = np.array(browser.run(f"({SLIDERS})({{}})"))
+    for name, size in FOUND.items():
+        label = f"{name}.displacement_side"
+        seen = np.array(browser.run(f"({SLIDERS})({json.dumps({label: size})})"))
+        expected = change(name, size, time, bare[1], case.instrument["displacement_side"])
+        assert off(seen[1] - bare[1], expected) < EXACT, name
+        assert seen[0] == pytest.approx(bare[0])
+    every = json.dumps(
+        {"sensor_gain": 0.2, "sensor_drift.displacement_side": -0.4, "sensor_gain.displacement_side": 0.1}
+    )
+    browser.run(f"({SLIDERS})({every})")
+    browser.run("document.getElementById('copy-toml').click()")
+    text = browser.run("document.querySelector('#copied textarea').value")
+    (tmp_path / "what_if.toml").write_text(f'extends = "{folder / "case.toml"}"\n\n{text}')
+    copied = load_case(tmp_path / "what_if.toml")
+    assert copied.effects["sensor_gain"] == pytest.approx(1.1 * 1.2 - 1.0)
+    assert copied.instrument["displacement_side"].drift == pytest.approx(0.2)
+    assert copied.instrument["displacement_side"].gain == pytest.approx(1.5 * 1.1 * 1.1 * 1.2)
 
 
 MOVED = """(size) => {
