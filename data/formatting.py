@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
@@ -16,6 +17,7 @@ def quantity(value: float, si_unit: str, digits: int = 3) -> str:
     return f"{rounded(number, digits)} {unit}".rstrip()
 
 
+_SHOT = re.compile(r"@(\d+)$")
 DIGITS = 12
 """Most significant digits of an interval's ends."""
 WHOLE = 15
@@ -65,9 +67,10 @@ def listing(parts: Sequence[str], most: int | None = None) -> str:
 def plain(name: str, among: Iterable[str] = ()) -> str:
     """A dotted key or a sensor's name as words: "bird.material.viscosity" is "viscosity".
 
-    among: the other keys in question, from which parents tell it ("left thickness", "right thickness").
+    among: the other keys in question, from which parents tell it ("left thickness", "right thickness"). A sensor of a
+    later one of several shots, "force@2", is "force of shot 2".
     """
-    return key_labels((name, *among))[name].replace("_", " ")
+    return _SHOT.sub(r" of shot \1", key_labels((name, *among))[name].replace("_", " "))
 
 
 def key_labels(keys: Iterable[str]) -> dict[str, str]:

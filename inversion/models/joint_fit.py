@@ -254,7 +254,7 @@ class ModelFit:
         return found
 
     def _named(self, text: str) -> str:
-        """Channels of the joint record ("force", "force@2") as those of their shot, where there are several."""
+        """Channels of the joint record ("force", "force of shot 2") as those of their shot, where there are several."""
         setups = self.runs.setups
         if len(setups) == 1:
             return text
@@ -262,9 +262,9 @@ class ModelFit:
         known = "|".join(map(re.escape, sorted(channels, key=len, reverse=True)))
 
         def of_shot(met: re.Match[str]) -> str:
-            return f"{met[1]} of {setups[int(met[2] or 1) - 1].name}"
+            return f"{met[1]} of {setups[int(met[2] or met[3] or 1) - 1].name}"
 
-        return re.sub(rf"(?<![\w.])({known})(?:@(\d+))?(?!\w)", of_shot, text)
+        return re.sub(rf"(?<![\w.])({known})(?:@(\d+)| of shot (\d+))?(?!\w)", of_shot, text)
 
 
 def _clocks(origins: Sequence[tuple[float, bool]], first: float) -> list[float]:

@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.formatting import quantity
+from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.autocorrelation import density_freedom, hidden_tau, neighbour_correlation
 from birdstrike.inversion.observations.noise import DIGITISER
@@ -173,18 +173,16 @@ def observed(measured: Measured, expected: Expected) -> Observations:
 def _warnings(channel: ChannelRecord, expected: Expected) -> list[str]:
     """All that was left out of a channel, and what had to be assumed."""
     outside = next((cut.times for cut in channel.cuts if cut.reason == OUTSIDE), np.zeros(0))
-    before = int((outside < expected.start).sum())
+    before, name = int((outside < expected.start).sum()), plain(channel.name)
     span = f"{expected.start * 1e3:g} .. {expected.end * 1e3:g} ms"
     if expected.spared:
         span += f" (less its last {expected.spared * 1e3:g} ms, which an early clock needs)"
     found = [
-        f"{channel.name}: {before} points before and {len(outside) - before} after the simulated record {span} are "
+        f"{name}: {before} points before and {len(outside) - before} after the simulated record {span} are "
         "left out of the fit"
     ] * bool(len(outside))
     found += channel.warnings
     if not channel.noise.known:
         size = quantity(channel.noise.level, channel.unit)
-        found.append(
-            f"{channel.name}: no noise is stated; {size} (1 % of the peak) is assumed, and the intervals rest on it"
-        )
+        found.append(f"{name}: no noise is stated; {size} (1 % of the peak) is assumed, and the intervals rest on it")
     return found

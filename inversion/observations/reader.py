@@ -173,9 +173,9 @@ class Cut:
         count, first, last = len(self.times), float(self.times[0]), float(self.times[-1])
         if count == 1:
             reason = self.reason.replace("their", "its")
-            what = f"{name}: 1 point at {quantity(first, 's', 4)} is {reason} and is left out"
+            what = f"{plain(name)}: 1 point at {quantity(first, 's', 4)} is {reason} and is left out"
         else:
-            what = f"{name}: {count} points at {span(first, last, 's', 4)} are {self.reason} and are left out"
+            what = f"{plain(name)}: {count} points at {span(first, last, 's', 4)} are {self.reason} and are left out"
         return f"{what}: {MEANING[self.reason]}" if self.reason in MEANING else what
 
 

@@ -45,7 +45,7 @@ def sentence_of(found: Diagnosis) -> str:
     if found.verdict == ATTRIBUTED:
         one = found.effects[0]
         return (
-            f"The model lacks {in_its_sense(one)} ({one.name}), {magnitude_words(one)}, with probability "
+            f"The model lacks {in_its_sense(one)} ({in_words(one.name)}), {magnitude_words(one)}, with probability "
             f"{one.probability:.2f}{_beside(found)}{_errors(found)}; {_without(needs)}"
         )
     if found.verdict == UNEXPLAINED:
@@ -61,7 +61,7 @@ def sentence_of(found: Diagnosis) -> str:
     share = "shares" if rest == 1 else "share"
     more = f"; {many(rest, 'further model')} {share} the 95 % set" if rest > 0 else ""
     if (first := found.effects[0]).probability >= LEVEL:
-        more += f"; together the models with {first.name} hold {first.probability:.2f}"
+        more += f"; together the models with {in_words(first.name)} hold {first.probability:.2f}"
     return f"{real}; the record does not decide between {listed}{more}"
 
 
@@ -157,16 +157,18 @@ def _beside(found: Diagnosis) -> str:
     other = found.effects[1]
     if other.name in NOT_EFFECTS or other.probability < 0.5:
         return ""
-    return f", with a second effect that is likelier than not beside it: {other.name} ({other.probability:.2f})"
+    return (
+        f", with a second effect that is likelier than not beside it: {in_words(other.name)} ({other.probability:.2f})"
+    )
 
 
 def _named(found: Diagnosis, name: str) -> str:
     """A model of the set with its magnitude and its probability."""
     share = f"({found.probabilities.get(name, 0.0):.2f})"
     if "+" in name:
-        return f"{' with '.join(name.split('+'))} {share}"
+        return f"{' with '.join(map(in_words, name.split('+')))} {share}"
     size = magnitude_words(found.named(name))
-    told = {NONE: "no missing effect", SOMETHING_ELSE: "something outside the library"}.get(name, name)
+    told = {NONE: "no missing effect", SOMETHING_ELSE: "something outside the library"}.get(name, in_words(name))
     return f"{told} {size} {share}" if size else f"{told} {share}"
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from birdstrike.data.formatting import listing
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.storage.files import write_atomically
 from birdstrike.doe.solvers import simulated_by
+from birdstrike.inversion.labels import provenance
 from birdstrike.reports.blocks import Picture, Section
 from birdstrike.reports.comparison.models import run_models
 from birdstrike.reports.explore.explore import PAGE as EXPLORE
@@ -15,7 +17,7 @@ from birdstrike.reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECOR
 from birdstrike.reports.page.diagnosis import SECTIONS as DIAGNOSIS_SECTIONS
 from birdstrike.reports.page.diagnosis import in_report
 from birdstrike.reports.page.render import rendered
-from birdstrike.reports.results.measurement import named, origin, program_in
+from birdstrike.reports.results.measurement import named, origin, program_in, short_name
 from birdstrike.reports.results.parts import Parts, find_parts
 from birdstrike.reports.results.reading import read_campaign, read_inversion, read_results
 from birdstrike.reports.results.results import Results, titled
@@ -183,12 +185,26 @@ def page(
         if progress:
             progress(done / len(makers))
     return rendered(
-        title=f"Bird strike {results.case_name}: parameters from {named(results.record)}",
-        subtitle=f"The record is {origin(results.record)}; every model curve is simulated by {program}.",
+        title=f"Bird strike {results.case_name}: parameters from {_named(results)}",
+        subtitle=f"{_provenance(results)}; every model curve is simulated by {program}.",
         sections=sections,
         switches=switches(results, sections),
         beside=beside,
     )
+
+
+def _named(results: Results) -> str:
+    """`the record shot7`, and of several shots `the records shot7 and shot8`."""
+    every = [results.record, *(one.record for one in results.later)]
+    return named(every[0]) if len(every) == 1 else f"the records {listing([short_name(one) for one in every])}"
+
+
+def _provenance(results: Results) -> str:
+    """Whether the records are measured, and of several which are simulated."""
+    every = {short_name(one): one.simulated for one in (results.record, *(one.record for one in results.later))}
+    if len(every) == 1:
+        return f"The record is {origin(results.record)}"
+    return provenance(list(every), [name for name, simulated in every.items() if simulated])
 
 
 def switches(results: Results, sections: Sequence[Section]) -> list[dict[str, str]]:

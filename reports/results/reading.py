@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,7 +13,7 @@ import numpy as np
 from birdstrike.data.columns import damaged, read_columns
 from birdstrike.data.curves import Measured, read_histories
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import listing
+from birdstrike.data.formatting import listing, plain, signed_ms
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.storage.files import read_json
 from birdstrike.data.storage.store import RunStore
@@ -31,70 +32,89 @@ T = TypeVar("T")
 Simulated = dict[str, dict[str, Array]]
 
 
-def first_shot(inversion: Inversion) -> Inversion:
-    """The inversion with the channels of its first shot alone; parameters and posterior stay those of all shots."""
+def of_shot(inversion: Inversion, number: int = 0) -> Inversion:
+    """The inversion with the channels of one of its shots alone, on its record's clock; parameters and posterior stay
+    those of all shots."""
     if len(inversion.shots) < 2:
         return inversion
+    shot, late = inversion.shots[number], _moved(inversion, number)
+    own, origin = partial(_own, suffix=shot.suffix), inversion.time_offset
     emulator, measured, identifiability = inversion.emulator, inversion.measured, inversion.identifiability
     residual, predictive = inversion.residual, inversion.prior_predictive
+    ends = origin.interval_95
     return replace(
         inversion,
-        methods={name: replace(m, channels=_own(m.channels)) for name, m in inversion.methods.items()},
+        time_offset=replace(origin, value=origin.value + late, interval_95=ends and (ends[0] + late, ends[1] + late)),
+        methods={name: replace(m, channels=own(m.channels)) for name, m in inversion.methods.items()},
         emulator=replace(
             emulator,
-            components=_own(emulator.components),
-            loo_rmse=_own(emulator.loo_rmse),
-            standardised_rms=_own(emulator.standardised_rms),
+            components=own(emulator.components),
+            loo_rmse=own(emulator.loo_rmse),
+            standardised_rms=own(emulator.standardised_rms),
         ),
         measured=replace(
             measured,
-            path=inversion.shots[0].path,
-            provenance=inversion.provenance_of(inversion.shots[0].path),
-            simulated=inversion.shots[0].path in inversion.simulated_records,
-            points=_own(measured.points),
-            noise=_own(measured.noise),
-            noise_source=_own(measured.noise_source),
+            path=shot.path,
+            provenance=inversion.provenance_of(shot.path),
+            simulated=shot.path in inversion.simulated_records,
+            points=own(measured.points),
+            noise=own(measured.noise),
+            noise_source=own(measured.noise_source),
+            cuts={
+                name: {reason: tuple(t + late for t in times) for reason, times in cut.items()}
+                for name, cut in own(measured.cuts).items()
+            },
+            at_rest={name: replace(one, middle=one.middle + late) for name, one in own(measured.at_rest).items()},
+            start=measured.start + late,
         ),
-        prior_predictive=replace(predictive, nearest_distance=_own(predictive.nearest_distance)),
+        prior_predictive=replace(predictive, nearest_distance=own(predictive.nearest_distance)),
         residual=residual
         and replace(
             residual,
-            tau=_own(residual.tau),
-            fit=_own(residual.fit),
-            widened=_own(residual.widened),
-            by_chance=_own(residual.by_chance),
+            tau=own(residual.tau),
+            fit=own(residual.fit),
+            widened=own(residual.widened),
+            by_chance=own(residual.by_chance),
         ),
-        identifiability=identifiability and replace(identifiability, sobol=_own(identifiability.sobol)),
+        identifiability=identifiability and replace(identifiability, sobol=own(identifiability.sobol)),
     )
 
 
+def _moved(inversion: Inversion, number: int) -> float:
+    """By how much a record was late [s] when it was laid on the first one's clock."""
+    return inversion.shots[number].time_offset - inversion.shots[0].time_offset if number else 0.0
+
+
 def other_shots(inversion: Inversion) -> tuple[str, ...]:
-    """One sentence about each shot that the page has no curves of: its record, its error, its clock."""
+    """One sentence about each later shot: its record, its error, its clock, and what the page has of it."""
     if len(inversion.shots) < 2 or inversion.best is None:
         return ()
     best = inversion.methods[inversion.best]
     return tuple(
-        f"{Path(shot.path).name} was inverted together with {Path(inversion.shots[0].path).name}, whose curves alone "
-        f"this page shows; the {inversion.best}'s verification differs from it by {_errors(best, shot)}; its clock is "
-        f"ahead of its simulation's by {1e3 * shot.time_offset:.3g} ms by its own fit; within noise and the emulator's "
+        f"{Path(shot.path).name} was inverted together with {Path(inversion.shots[0].path).name}, of which all figures "
+        f"are but the curves of {Path(shot.path).name} beside its verification; the {inversion.best}'s verification "
+        f"differs from it by {_errors(best, shot)}; its clock is "
+        f"ahead of its simulation's by {signed_ms(shot.time_offset)} by its own fit; within noise and the emulator's "
         f"error the model {'can' if shot.inside else 'CANNOT'} produce its curve"
         for shot in inversion.shots[1:]
     )
 
 
-def _own(entries: Mapping[str, T]) -> dict[str, T]:
-    """The entries of the first shot's channels."""
-    return {channel: entry for channel, entry in entries.items() if "@" not in channel}
+def _own(entries: Mapping[str, T], suffix: str) -> dict[str, T]:
+    """The entries of one shot's channels, by their names without its suffix."""
+    split = {channel: channel.partition("@") for channel in entries}
+    return {name: entries[channel] for channel, (name, sign, number) in split.items() if sign + number == suffix}
 
 
 def _errors(answer: Answer, shot: ShotFigures) -> str:
-    """RMS errors of a shot's channels, `0.1 mm RMS in displacement_centre (2 % of the peak)`."""
+    """RMS errors of a shot's channels, `0.1 mm RMS in displacement centre (2 % of the peak)`."""
     said: list[str] = []
     for channel, score in answer.channels.items():
         if channel.endswith(shot.suffix) and score.verified_rmse is not None:
             number, unit = display(score.verified_rmse, score.unit)
             share = "" if score.verified_relative is None else f" ({100 * score.verified_relative:.2g} % of the peak)"
-            said.append(f"{number:.3g} {unit} RMS in {channel.removesuffix(shot.suffix)}{share}".replace("  ", " "))
+            name = plain(channel.removesuffix(shot.suffix))
+            said.append(f"{number:.3g} {unit} RMS in {name}{share}".replace("  ", " "))
     return listing(said) or "an unknown error"
 
 
@@ -138,29 +158,39 @@ def read_campaign(parts: Parts, doe: Path) -> CampaignResults:
 
 def read_inversion(parts: Parts, inverted: Path) -> InversionResults:
     """An inversion with its verification; raises UserError."""
-    inversion = _inversion(inverted / "inversion.json")
-    others, inversion = other_shots(inversion), first_shot(inversion)
-    record, simulated = _verification(inverted / "verification.csv", inversion)
-    passed = _filter(inverted)
+    whole = _inversion(inverted / "inversion.json")
+    first, *later = (_of_shot(parts, inverted, whole, number) for number in range(max(len(whole.shots), 1)))
+    return replace(first, other_shots=other_shots(whole), later=tuple(later))
+
+
+def _of_shot(parts: Parts, inverted: Path, whole: Inversion, number: int) -> InversionResults:
+    """What concerns one shot of an inversion, on its record's clock."""
+    inversion, passed = of_shot(whole, number), _filter(inverted, number)
+    suffix = whole.shots[number].suffix if whole.shots else ""
+    record, simulated = _verification(inverted / "verification.csv", inversion, suffix, _moved(whole, number))
+    runs = {method: _verified(parts, inverted, inversion, method, passed, first=not suffix) for method in simulated}
     return InversionResults(
         folder=parts.folder,
         inverted=inverted,
         record=record,
         inversion=inversion,
         simulated=simulated,
-        verified={method: _verified(parts, inverted, inversion, method, passed) for method in simulated},
+        verified={
+            method: replace(run, channels=_own(run.channels, suffix), units=_own(run.units, suffix))
+            for method, run in runs.items()
+        },
         convergence=_convergence(inverted, inversion),
         draws=_draws(inverted, inversion),
-        other_shots=others,
         filter=passed,
     )
 
 
-def _filter(inverted: Path) -> ModelFilter | None:
-    """Of the first shot's curves; None without one, and for a folder of a version that did not store it."""
+def _filter(inverted: Path, number: int) -> ModelFilter | None:
+    """Of one shot's curves; None without one, and for a folder of a version that did not store it."""
     path = inverted / OPTIONS_FILE
-    first = (read_json(path).get("filters") or [None])[0] if path.is_file() else None
-    return None if first is None else ModelFilter(**first)
+    every = (read_json(path).get("filters") or []) if path.is_file() else []
+    own = every[number] if number < len(every) else None
+    return None if own is None else ModelFilter(**own)
 
 
 def _inversion(path: Path) -> Inversion:
@@ -171,25 +201,32 @@ def _inversion(path: Path) -> Inversion:
     return inversion
 
 
-def _verification(path: Path, inversion: Inversion) -> tuple[Measured, Simulated]:
-    """The record as it was inverted, and the finished methods' values at its times."""
+def _verification(path: Path, inversion: Inversion, suffix: str, late: float) -> tuple[Measured, Simulated]:
+    """The record as it was inverted, and the finished methods' values at its times.
+
+    suffix: of its shot's columns; late: by how much its clock is late on that of the file [s], whose rows are the
+    instants of all shots.
+    """
     best, source = inversion.methods[str(inversion.best)], inversion.measured
     finished = [method for method, answer in inversion.methods.items() if answer.verified_rmse is not None]
-    time, measured, simulated = read_verification(path, best, finished)
+    time, measured, simulated = read_verification(path, best, finished, suffix)
+    read = np.any([np.isfinite(values) for values in measured.values()], axis=0)
     units = {channel: score.unit for channel, score in best.channels.items()}
-    return Measured(time, measured, {}, units, source.provenance, source.path), simulated
+    record = {name: values[read] for name, values in measured.items()}
+    at_record = {method: {n: values[read] for n, values in own.items()} for method, own in simulated.items()}
+    return Measured(time[read] + late, record, {}, units, source.provenance, source.path), at_record
 
 
 def read_verification(
-    path: Path, answer: Answer, methods: Iterable[str] = ()
+    path: Path, answer: Answer, methods: Iterable[str] = (), suffix: str = ""
 ) -> tuple[Array, dict[str, Array], Simulated]:
     """`verification.csv`: instants (r,) [s], the record's channels (r,) SI, and those of each method at these instants.
 
-    answer: of whichever method, for the channels and their units. Raises UserError for a file that lacks a column, or
-    in which a record is empty or zero everywhere, or a method has no value.
+    answer: of whichever method, for the channels and their units; suffix: of their columns. Raises UserError for a file
+    that lacks a column, or in which a record is empty or zero everywhere, or a method has no value.
     """
     columns = {
-        (source, channel): f"{source}_{channel}_{score.unit}".rstrip("_")
+        (source, channel): f"{source}_{channel}{suffix}_{score.unit}".rstrip("_")
         for source in ("measured", *methods)
         for channel, score in answer.channels.items()
     }
@@ -204,9 +241,14 @@ def read_verification(
     return table["time_s"], found.pop("measured"), found
 
 
-def _verified(parts: Parts, inverted: Path, inversion: Inversion, method: str, passed: ModelFilter | None) -> Histories:
-    """The verification run with its pictures from the run store, else its curves alone; filtered as they were."""
-    key = inversion.methods[method].run
+def _verified(
+    parts: Parts, inverted: Path, inversion: Inversion, method: str, passed: ModelFilter | None, first: bool
+) -> Histories:
+    """The verification run with its pictures from the run store, else its curves alone; filtered as they were.
+
+    first: of several shots that of the first one, which the store's key is of; the curves alone are of all.
+    """
+    key = inversion.methods[method].run if first else None
     stores = (folder / "runs" for folder in (inverted, parts.doe) if folder is not None)
     for runs in stores:
         if key is not None and (found := RunStore(runs).look_up(key)) is not None:

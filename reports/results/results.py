@@ -107,8 +107,8 @@ class InversionResults:
 
     inverted: that folder; record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the
     record's times, NaN where it has no value; verified: method -> its run; draws: of the posterior, name -> (n,) SI,
-    None for none; other_shots: a sentence about each shot inverted together with the record; filter: through which the
-    simulated curves were compared with the record, None for none.
+    None for none; other_shots: a sentence about each shot inverted together with the record; later: the same
+    of these shots; filter: through which the simulated curves were compared with the record, None for none.
     """
 
     folder: Path
@@ -120,6 +120,7 @@ class InversionResults:
     convergence: Convergence | None
     draws: Mapping[str, Array] | None = None
     other_shots: tuple[str, ...] = ()
+    later: tuple[InversionResults, ...] = ()
     filter: ModelFilter | None = None
 
     def compared(self, run: Histories) -> Histories:

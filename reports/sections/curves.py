@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -21,18 +23,32 @@ from birdstrike.reports.results.results import InversionResults, Results
 def section(results: Results) -> Section:
     """One comparison and one prior predictive for every channel of the record."""
     blocks = [make(results, channel) for channel in results.channels for make in (_comparison, _prior)]
-    return Section("curves", f"The record ({origin(results.record)}) and the simulated curves", tuple(blocks))
+    title = f"The record ({origin(results.record)}) and the simulated curves"
+    return Section("curves", title, (*blocks, *_of_later_shots(results)))
 
 
 def comparisons(results: InversionResults) -> Section:
     """The comparisons alone, where there is no campaign."""
     title = f"The record ({origin(results.record)}) and the verification"
-    return Section("curves", title, tuple(_comparison(results, channel) for channel in results.channels))
+    blocks = [_comparison(results, channel) for channel in results.channels]
+    return Section("curves", title, (*blocks, *_of_later_shots(results)))
 
 
-def _comparison(results: InversionResults, channel: str) -> Picture:
-    figure = comparison(results, channel)
-    return drawing(f"comparison-{channel}", figure, _comparison_caption(results, channel))
+def _of_later_shots(results: InversionResults) -> list[Picture]:
+    """The same of the shots that were inverted together with the first one."""
+    return [
+        _comparison(one, channel, number)
+        for number, one in enumerate(results.later, start=2)
+        for channel in one.channels
+    ]
+
+
+def _comparison(results: InversionResults, channel: str, shot: int = 0) -> Picture:
+    """shot: number of a later shot, by which its captions begin."""
+    own, whose = (f"-shot{shot}", f"Shot {shot}, {Path(results.record.path).name}. ") if shot else ("", "")
+    return drawing(
+        f"comparison-{channel}{own}", comparison(results, channel), whose + _comparison_caption(results, channel)
+    )
 
 
 def comparison(results: InversionResults, channel: str) -> Figure:

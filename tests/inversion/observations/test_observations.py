@@ -9,6 +9,7 @@ import pytest
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
+from birdstrike.data.formatting import plain
 from birdstrike.inversion.observations.observations import observe
 from tests.inversion.stand_in import CHANNEL, TIMES, record, truth
 
@@ -29,7 +30,7 @@ def test_points_outside_the_record_are_left_out_aloud(dataset: Dataset) -> None:
     found = observe(record(MIDDLE, times), dataset, {CHANNEL: 1e-5})
     np.testing.assert_array_equal(found.channels[0].times, times[2:5])
     assert found.warnings == (
-        f"{CHANNEL}: 2 points before and 1 after the simulated record 0 .. 3 ms are left out of the fit",
+        f"{plain(CHANNEL)}: 2 points before and 1 after the simulated record 0 .. 3 ms are left out of the fit",
     )
 
 
@@ -39,7 +40,7 @@ def test_an_uncertain_clock_leaves_the_simulation_room_on_both_sides(dataset: Da
     found = observe(record(MIDDLE, times), dataset, {CHANNEL: 1e-5}, time_offset=0.05e-3)
     assert found.last == pytest.approx(2.8e-3)
     assert found.warnings[0].startswith(
-        f"{CHANNEL}: 0 points before and 4 after the simulated record 0 .. 2.8 ms (less its last 0.2 ms"
+        f"{plain(CHANNEL)}: 0 points before and 4 after the simulated record 0 .. 2.8 ms (less its last 0.2 ms"
     )
     wide = observe(record(MIDDLE, times), dataset, {CHANNEL: 1e-5}, time_offset=1e-3)
     assert wide.last == pytest.approx(2.25e-3), "never more than a quarter of what was simulated"

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from birdstrike.cli.train_and_invert import lines
 from birdstrike.data.curves import read_measured
+from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+from birdstrike.reports.blocks import Picture
 from birdstrike.reports.export.exported import read_export
+from birdstrike.reports.results.measurement import residual
 from birdstrike.reports.results.reading import read_results
+from birdstrike.reports.sections.curves import comparisons
 from tests.reports.conftest import page_of
+from tests.reports.html import Page
 from tests.reports.synthetic import simulate, write_record
 
 
@@ -41,6 +49,47 @@ def test_the_page_shows_the_first_shot_and_names_the_other(two_shots: Path) -> N
     assert told in results.warnings
     text = page_of(two_shots).read_text(encoding="utf-8")
     assert "shot8.csv was inverted together with shot7.csv" in text
+    assert "parameters from the records shot7 and shot8" in text
+    assert "The record of shot8 is simulated, not measured" in text, "the page called the record measured"
+    assert "@2" not in " ".join(words for tag in ("p", "li", "td", "figcaption") for words in Page(text).text[tag])
+
+
+def test_the_curves_of_the_other_shot_stand_below_those_of_the_first(two_shots: Path) -> None:
+    results = read_results(two_shots)
+    (other,) = results.later
+    own, score = read_measured(two_shots / "shot8.csv"), other.answer.channels["displacement_centre"]
+    assert other.record.channels["displacement_centre"] == pytest.approx(own.channels["displacement_centre"])
+    left = residual(other, "displacement_centre", other.best)
+    assert rms(left.values) == pytest.approx(score.verified_rmse, rel=1e-6)
+    first, last = comparisons(results).blocks
+    assert isinstance(last, Picture)
+    assert last.caption.startswith("Shot 2, shot8.csv. The record (simulated by a formula) has its peak of 5.")
+    assert isinstance(first, Picture)
+    assert first.name != last.name
+
+
+def test_shots_on_other_clocks_are_drawn_without_the_gaps_of_their_common_file(two_shots: Path, tmp_path: Path) -> None:
+    """A dense record between whose instants lay another's was a line with a gap behind every point, and not seen."""
+    folder = shutil.copytree(two_shots, tmp_path / "late")
+    inverted, late = folder / "inversion", 3e-5
+    content = json.loads((inverted / "inversion.json").read_text(encoding="utf-8"))
+    content["shots"][1]["time_offset"] += late
+    content["time_offset"]["sigma"] = 1e-5
+    content["measured"]["cuts"] = {"displacement_centre@2": {"clipped": [4e-4]}}
+    (inverted / "inversion.json").write_text(json.dumps(content), encoding="utf-8")
+    table = pd.read_csv(inverted / "verification.csv")
+    moved = table.assign(time_s=table.time_s + 1e-7)
+    table.loc[:, [name for name in table if "@2" in name]] = np.nan
+    moved.loc[:, [name for name in moved if name.endswith("centre_m")]] = np.nan
+    pd.concat([table, moved]).sort_values("time_s").to_csv(inverted / "verification.csv", index=False)
+    results, before = read_results(folder), read_results(two_shots)
+    for one, other, shift in ((results, before, 0.0), (results.later[0], before.later[0], late + 1e-7)):
+        assert np.isfinite(one.record.channels["displacement_centre"]).all()
+        assert one.record.time == pytest.approx(other.record.time + shift, abs=1e-12)
+    assert results.later[0].offset == pytest.approx(before.later[0].offset + late)
+    assert results.later[0].cut("displacement_centre", "clipped") == pytest.approx(
+        [4e-4 + results.later[0].offset - results.offset]
+    )
 
 
 def test_each_record_keeps_its_own_provenance(two_shots: Path) -> None:

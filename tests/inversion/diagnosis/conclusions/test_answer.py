@@ -270,13 +270,13 @@ def test_every_verdict_says_what_to_do(verdict: str, proposal: str | None, basel
         (
             {"plate_thickness": 0.7, "none": 0.3},
             None,
-            "if its error is smaller, plate_thickness +0.2 mm (95 %: +0.1 .. +0.3 mm) (0.70) is likelier than no "
+            "if its error is smaller, plate thickness +0.2 mm (95 %: +0.1 .. +0.3 mm) (0.70) is likelier than no "
             "missing effect: a baseline shot would decide",
         ),
         (
             {"bird_mass+bird_length": 0.7, "none": 0.3},
             {},
-            "if its error is smaller, bird_mass with bird_length (0.70) is likelier than no missing effect: "
+            "if its error is smaller, bird mass with bird length (0.70) is likelier than no missing effect: "
             "this record cannot decide",
         ),
     ],
@@ -311,8 +311,14 @@ def test_an_effect_that_all_likely_models_have_is_told_as_such() -> None:
         confidence_set=tuple(shares),
         probabilities=shares,
     )
-    assert sentence_of(found).endswith("; together the models with impact_speed hold 0.97")
+    assert sentence_of(found).endswith("; together the models with impact speed hold 0.97")
     assert "together" not in sentence_of(replace(found, effects=(replace(one, probability=0.6),)))
+    named = replace(
+        found,
+        confidence_set=("sensor_gain.displacement_centre",),
+        effects=(replace(one, name="sensor_gain.displacement_centre"),),
+    )
+    assert "_" not in sentence_of(named), "names of formats stand in diagnosis.json, words in its sentence"
 
 
 @pytest.mark.parametrize(("rest", "said"), [(1, "1 further model shares"), (2, "2 further models share")])
