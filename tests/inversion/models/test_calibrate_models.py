@@ -120,7 +120,7 @@ def test_what_holds_for_all_models_shots_and_channels_is_warned_of_once(calibrat
         "use later ones"
     ]
     own = calibrated.content["models"]["null"]["warnings"]
-    assert any(line.startswith("displacement_side of shot_1: 0 points before and 2 after") for line in own)
+    assert any(line.startswith("displacement side of shot_1: 60 points before and 2 after") for line in own)
     assert len(calibrated.found.warnings) < 8
 
 
