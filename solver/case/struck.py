@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +18,16 @@ from numpy.typing import NDArray
 from birdstrike.data.histories import Array
 from birdstrike.solver.case.sections import Impact
 from birdstrike.solver.case.target import Target
-from birdstrike.solver.target.mesh import ShellMesh
+from birdstrike.solver.target.mesh import LEVEL, ShellMesh
+from birdstrike.solver.target.part_mesh import PartMesh
 
 EDGE_ON = 0.2
 """Cosine of a shell's normal to the flight below which the bird meets its edge."""
-LEVEL = 1.0 - 1e-9
+HORIZONTAL = 1.0 - 1e-9
 """Of a normal's component along z from which on shells lie level: files round their nodes."""
 UP = np.array([0.0, 0.0, 1.0])
+MOST_KEPT = 8
+"""Points of aim of which the shells are kept."""
 
 
 @dataclass(frozen=True)
@@ -71,26 +76,46 @@ def shells_at_rest(target: Target) -> ShellMesh:
     return shells_of(target.source.mesh(), target.metals)
 
 
-def shells_at_aim(impact: Impact, target: Target | None) -> tuple[Array, Array, NDArray[np.bool_]] | None:
-    """Of a mesh from a file the point of its struck part that is nearest to the aim (3,) [m], and the shells there.
+class ShellsAtAim(NamedTuple):
+    """What a bird that is aimed at a mesh from a file finds there.
 
-    Those are told by their normals (k, 3), and whether they are of the struck part (k,). None of anything else.
+    point (3,) [m]: of the struck part, nearest to the aim; normals (k, 3): of all shells that hold it; own (k,):
+    whether they are of the struck part; areas (n, 3) [m^2]: vector areas of the struck part's shells that hold it and
+    of those that share a node with them.
     """
+
+    point: Array
+    normals: Array
+    own: NDArray[np.bool_]
+    areas: Array
+
+
+def shells_at_aim(impact: Impact, target: Target | None) -> ShellsAtAim | None:
+    """Of a mesh from a file; None of anything else."""
     if target is None or target.mesh is None:
         return None
+    x, y, z = point_of_aim(impact).tolist()
+    return _shells_near(target.source.mesh(), target.struck_name, (x, y, z))
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _shells_near(parts: PartMesh, struck: str, aim: tuple[float, float, float]) -> ShellsAtAim:
+    """As `shells_at_aim`; kept by the mesh itself (a file that has changed gives another), the part and the aim."""
     from birdstrike.solver.sensors.places import facets_around, normal_of, place_in_space, point_at  # late: kernels
 
-    mesh, struck = shells_at_rest(target), target.struck_name
-    place = place_in_space(mesh, point_of_aim(impact), struck)
-    around = facets_around(mesh.quads, place, rings=0)
-    normals = np.array([normal_of(mesh, facet) for facet in around])
-    return point_at(mesh, *place), normals, np.isin(around, mesh.parts[struck])
+    mesh, own = parts.shells, parts.part == parts.parts.index(struck)
+    place = place_in_space(mesh, np.array(aim), struck)
+    holding, near = (facets_around(mesh.quads, place, rings) for rings in (0, 1))
+    corners = mesh.nodes[mesh.quads[near[own[near]]]]
+    areas = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normals = np.array([normal_of(mesh, facet) for facet in holding])
+    return ShellsAtAim(point_at(mesh, *place), normals, own[holding], areas)
 
 
 def meets_edge(impact: Impact, target: Target | None) -> bool:
     """Whether a mesh from a file is aimed at where all its shells stand along the flight: the edge of a rib."""
     found = shells_at_aim(impact, target)
-    return found is not None and stand_along(found[1], direction_of(impact))
+    return found is not None and stand_along(found.normals, direction_of(impact))
 
 
 def stand_along(normals: Array, direction: Array) -> bool:
@@ -99,23 +124,27 @@ def stand_along(normals: Array, direction: Array) -> bool:
 
 
 def struck_plane(impact: Impact, target: Target | None) -> Plane | None:
-    """The plane that a bird strikes; None where it is z = 0."""
+    """The plane that a bird strikes; None where it is z = 0.
+
+    Its normal is the mean, weighted by area, over the struck part's shells around the aim that are one surface with
+    those there. Vector areas sum to what their common border encloses: a node that lies wrong inside of it tilts
+    nothing.
+    """
     found, direction = shells_at_aim(impact, target), direction_of(impact)
-    if found is None:
+    if found is None or stand_along(normals := found.normals[found.own], direction):
         return None
-    point, normals = found[0], found[1][found[2]]
-    if stand_along(normals, direction):
-        return None
-    against = np.where(normals @ direction > 0.0, -1.0, 1.0)
-    normal = (against[:, None] * normals).mean(axis=0)
+    there = (np.where(normals @ direction > 0.0, -1.0, 1.0)[:, None] * normals).sum(axis=0)
+    along = found.areas @ (there / np.linalg.norm(there))
+    surface = np.abs(along) > LEVEL * np.linalg.norm(found.areas, axis=1)
+    normal = (np.sign(along[surface])[:, None] * found.areas[surface]).sum(axis=0)
     normal /= np.linalg.norm(normal)
-    return None if normal[2] > LEVEL else Plane(point, turned_to(normal))
+    return None if normal[2] > HORIZONTAL else Plane(found.point, turned_to(normal))
 
 
 def turned_to(normal: Array) -> Array:
     """Axes (3, 3) of which the last is the normal (3,): those of space turned to it by the least angle."""
     x, y, z = normal
-    if z < -LEVEL:
+    if z < -HORIZONTAL:
         return np.diag([1.0, -1.0, -1.0])
     share = 1.0 / (1.0 + z)
     return np.array([[1.0 - share * x * x, -share * x * y, -x], [-share * x * y, 1.0 - share * y * y, -y], [x, y, z]])

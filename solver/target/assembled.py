@@ -16,7 +16,7 @@ from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.laws.interface import TargetMaterial
 from birdstrike.solver.target.links.rivets import RivetData, Rivets, rivets_of
 from birdstrike.solver.target.links.ties import TieData, Ties, ties_of
-from birdstrike.solver.target.mesh import LEVEL, ShellMesh, border_sides, shell_mesh, sides_by_edge, sides_of
+from birdstrike.solver.target.mesh import LEVEL, ShellMesh, border_sides, sides_by_edge, sides_of
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.part_mesh import PartMesh, Row
 from birdstrike.solver.target.section import Section
@@ -98,9 +98,7 @@ def _refuse_loose_parts(parts: PartMesh, held: Supports, ties: Ties | None, rive
 
 def shells_of(parts: PartMesh, metals: Mapping[str, TargetMaterial]) -> ShellMesh:
     """The shells with the facets of each part, by its metal rigid or not."""
-    facets = {name: np.flatnonzero(parts.part == number) for number, name in enumerate(parts.parts)}
-    rigid = tuple(name for name in parts.parts if not metals[name].moves)
-    return replace(shell_mesh(parts.nodes, parts.quads), parts=facets, rigid=rigid)
+    return replace(parts.shells, rigid=tuple(name for name in parts.parts if not metals[name].moves))
 
 
 class Border(NamedTuple):

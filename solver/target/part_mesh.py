@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
+from birdstrike.solver.target.mesh import ShellMesh, shell_mesh, sides_of
 
 
 @dataclass(frozen=True)
@@ -20,9 +22,9 @@ class Row:
     parts: tuple[str, str]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PartMesh:
-    """Shells of named parts.
+    """Shells of named parts; itself, not its content, is what it is the same as.
 
     nodes (m, 3) [m]; quads (e, 4), triangles last and the last node of each twice; part (e,): place of each in
     `parts`; sets: nodes by the name of their set; rows: the rivets that the mesh is made for; numbers (e,): of the
@@ -37,6 +39,29 @@ class PartMesh:
     rows: Mapping[str, tuple[Row, ...]] = field(default_factory=dict)
     numbers: NDArray[np.int64] | None = None
     thicknesses: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def shells(self) -> ShellMesh:
+        """The shells with the facets of each part, none of them rigid, which their metals say."""
+        facets = {name: np.flatnonzero(self.part == number) for number, name in enumerate(self.parts)}
+        return replace(shell_mesh(self.nodes, self.quads), parts=facets)
+
+    @cached_property
+    def element_size(self) -> float:
+        """Side of a square of the shells' mean area [m]."""
+        corners = self.nodes[self.quads]
+        areas = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
+        return float(np.sqrt(areas.mean()))
+
+    @cached_property
+    def pieces(self) -> int:
+        """How many parts of it share no node."""
+        from scipy.sparse import coo_array  # late: few cases read a mesh
+        from scipy.sparse.csgraph import connected_components
+
+        ends, nodes = sides_of(self.quads), len(self.nodes)
+        graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(nodes, nodes))
+        return int(connected_components(graph, directed=False, return_labels=False))
 
     def number(self, shell: int) -> int:
         """Of a shell in its file; counted from 1 where the file has none."""

@@ -11,6 +11,7 @@ import pytest
 from birdstrike.data.histories import Array, Histories
 from birdstrike.solver.build import outline_of
 from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.struck import _shells_near
 from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.setup_warnings import setup_warnings, share_beside_plate
 from birdstrike.solver.simulate import simulate
@@ -35,10 +36,15 @@ def written(nodes: Array, quads: Numbers, path: Path) -> str:
     return str(path)
 
 
+def plate() -> tuple[Array, Numbers]:
+    """Nodes and shells of 0.2 x 0.2 m."""
+    return joined(grid(np.array([-0.1, -0.1, 0.0]), X, Y, (10, 10)))[:2]
+
+
 def strike(tmp_path: Path, degrees: float, **impact: Any) -> Case:
     """A plate of 0.2 x 0.2 m struck at 60 degrees, plate and flight turned about y."""
     turn = about_y(degrees)
-    nodes, quads, _ = joined(grid(np.array([-0.1, -0.1, 0.0]), X, Y, (10, 10)))
+    nodes, quads = plate()
     table = load_case("reference_strike", {"bird.particles": "250", "time.snapshots": "[]"}).table
     del table["plate"], table["impact"]["angle"]
     metal = {"law": "bilinear", "young": "71 GPa", "poisson": 0.3, "density": "2780 kg/m^3", "yield_stress": "300 MPa"}
@@ -103,7 +109,7 @@ def test_a_bird_aimed_at_the_border_of_a_turned_plate_flies_past_it_by_the_same_
 
 def test_a_turned_plate_can_be_struck_squarely(tmp_path):
     """Rounded, the velocity's component along the normal of this one is larger than the velocity."""
-    case = strike(tmp_path, 51.0, direction=(-about_y(51.0) @ Z).tolist())
+    case = strike(tmp_path, 31.0, direction=(-about_y(31.0) @ Z).tolist())
     assert outline_of(case).direction[2] < -1.0
     assert share_beside_plate(case) == 0.0
 
@@ -120,3 +126,42 @@ def test_the_edge_of_a_rib_counts_from_z_0(tmp_path):
     assert case.meets_edge
     assert case.struck_plane is None
     assert case.normal_speed == pytest.approx(case.impact.speed, rel=1e-3)
+
+
+def normal_of(case: Case) -> Array:
+    plane = case.struck_plane
+    assert plane is not None
+    return plane.normal
+
+
+def test_a_node_that_lies_wrong_at_the_aim_does_not_tilt_the_struck_plane(tmp_path):
+    """6 mm off over shells of 20 mm, at the aim's own node; the shells there, taken alone, are tilted by 6 degrees."""
+    case = strike(tmp_path, 30.0, point=["2 mm", "3 mm", "0 mm"])
+    upright = about_y(30.0) @ Z
+    nodes, quads = plate()
+    nodes[np.linalg.norm(nodes, axis=1).argmin(), 2] += 0.006
+    written(nodes @ about_y(30.0).T, quads, tmp_path / "30.0.inp")
+    assert normal_of(case) == pytest.approx(upright, abs=1e-12)
+
+
+def test_the_fold_of_a_part_beside_the_aim_does_not_tilt_the_struck_plane(tmp_path):
+    case = strike(tmp_path, 30.0, point=["60.6 mm", "2 mm", "-35 mm"])
+    nodes, quads = plate()
+    beyond = nodes[:, 0] > 0.081
+    nodes[beyond] = np.column_stack([np.full(beyond.sum(), 0.08), nodes[beyond, 1], 0.08 - nodes[beyond, 0]])
+    written(nodes @ about_y(30.0).T, quads, tmp_path / "30.0.inp")
+    assert normal_of(case) == pytest.approx(about_y(30.0) @ Z, abs=1e-12)
+
+
+def test_the_struck_plane_is_sought_once_and_follows_the_case_and_its_file(tmp_path):
+    case = strike(tmp_path, 30.0)
+    normal_of(case)
+    sought = _shells_near.cache_info().misses
+    assert normal_of(case.with_values({"impact.speed": 50.0})) == pytest.approx(about_y(30.0) @ Z)
+    assert _shells_near.cache_info().misses == sought
+    moved = case.overlaid({"impact": {"point": [f"{c!r} m" for c in (about_y(30.0) @ [0.04, 0.0, 0.0]).tolist()]}})
+    assert moved.struck_plane is not None
+    assert moved.struck_plane.point == pytest.approx(about_y(30.0) @ [0.04, 0.0, 0.0])
+    nodes, quads = plate()
+    written(nodes @ about_y(-20.0).T, quads, tmp_path / "30.0.inp")
+    assert normal_of(case) == pytest.approx(about_y(-20.0) @ Z)

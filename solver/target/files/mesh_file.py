@@ -25,7 +25,7 @@ from birdstrike.solver.target.files.lsdyna_mesh import ENDINGS, read_keywords
 from birdstrike.solver.target.files.mesh_quality import FAULT, WARNING, Finding, findings_of, size_fault
 from birdstrike.solver.target.files.nastran_mesh import NASTRAN, read_nastran
 from birdstrike.solver.target.files.text_mesh import NUMBER, THICKNESSES, TextMesh, no_shells, numbered_part
-from birdstrike.solver.target.mesh import border_sides, is_triangle, sides_of
+from birdstrike.solver.target.mesh import border_sides, is_triangle
 from birdstrike.solver.target.part_mesh import PartMesh
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
@@ -337,12 +337,9 @@ class MeshFile:
         self.path, self.parts, self.sets = path, self._mesh.parts, tuple(self._mesh.sets)
         self.filled = tuple(name for name, nodes in self._mesh.sets.items() if len(nodes))
         self.rows: tuple[str, ...] = ()
-        self.pieces = _pieces(self._mesh.quads, len(self._mesh.nodes))
+        self.pieces, self.element_size = self._mesh.pieces, self._mesh.element_size
         self.struck = self.parts[0] if struck is None else struck
         self.length, self.width = (float(size) for size in np.ptp(self._mesh.nodes, axis=0)[:2])
-        corners = self._mesh.nodes[self._mesh.quads]
-        areas = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
-        self.element_size = float(np.sqrt(areas.mean()))
 
     def unread(self, name: str) -> str:
         """What is said of a set that the file has and that is not read; empty where it has none of that name."""
@@ -353,16 +350,6 @@ class MeshFile:
     def mesh(self) -> PartMesh:
         """The mesh itself."""
         return self._mesh
-
-
-def _pieces(quads: NDArray[np.int64], nodes: int) -> int:
-    """How many parts share no node."""
-    from scipy.sparse import coo_array  # late: few cases read a mesh
-    from scipy.sparse.csgraph import connected_components
-
-    ends = sides_of(quads)
-    graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(nodes, nodes))
-    return int(connected_components(graph, directed=False, return_labels=False))
 
 
 def free_edges(quads: NDArray[np.int64]) -> NDArray[np.int64]:
