@@ -203,7 +203,8 @@ SENSORS = {
     "sensors.<name>.point": "Place in space instead of `at`; the nearest place of the target at rest is taken, "
     "at most half a shell away.",
     "sensors.<name>.part": "Part of the target on which that place lies; absent: any.",
-    "sensors.<name>.along": "Direction in space: of a displacement, absent: the push; of a gauge, laid on the shell.",
+    "sensors.<name>.along": "Direction in space: of a displacement or a reaction force, absent: the push; "
+    "of a gauge, laid on the shell.",
     "sensors.<name>.support": "Of a reaction force: the set of the target's supports under which the load cell is; "
     "absent: the whole frame.",
     "sensors.<name>.noise": "One standard deviation, in the unit of its kind; absent or 0: none is known.",

@@ -12,6 +12,8 @@ from birdstrike.reports.figures.views import push_direction
 from birdstrike.solver.build import outline_of
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.estimate import first_period
+from birdstrike.solver.sensors.reaction_force import ReactionForce
+from birdstrike.solver.sensors.sensor import Sensor
 
 QUIET = 0.01  # of the largest contact force: below it the bird is taken to have left
 
@@ -23,10 +25,15 @@ def impulse(time: Array, force: Array) -> Array:
 
 def sensor_of_kind(case: Case, run: Histories, kind: str) -> str | None:
     """Name of the case's first sensor of a kind that the run has, None without one; a cell under one support of
-    several does not read the frame's force.
+    several, or along a direction of its own, does not read the frame's force in the push.
     """
-    whole = (name for name, one in case.sensors.items() if one.kind == kind and getattr(one, "support", None) is None)
-    return next((name for name in whole if name in run.channels), None)
+    return next(
+        (name for name, one in case.sensors.items() if one.kind == kind and _whole(one) and name in run.channels), None
+    )
+
+
+def _whole(sensor: Sensor) -> bool:
+    return not isinstance(sensor, ReactionForce) or (sensor.support is None and sensor.along is None)
 
 
 def residual_deflection(case: Case, run: Histories, channel: str) -> tuple[float | None, str]:

@@ -67,7 +67,12 @@ def _head(case: Case, model: StrikeModel, system: UnitSystem) -> Iterator[str]:
     yield f"Check on the first output: momentum of the bird {momentum:.6g} {system.unit('N')} {system.base['time']}."
     if model.begin < 0.0:
         yield f"Time 0 is {quantity(model.begin, 's')} on the case's clock: the bird's outermost points touch early."
-    yield "Sensors are positive in the push, along -z: turn displacements and forces along z round."
+    plane = case.struck_plane
+    if plane is None:
+        yield "Sensors are positive in the push, along -z: turn displacements and forces along z round."
+    else:
+        push = ", ".join(f"{0.0 - c:.4g}" for c in plane.normal.round(6))
+        yield f"Sensors are positive in the push, along ({push}): take displacements and forces along it."
 
 
 def outputs(model: StrikeModel, code: str, system: UnitSystem) -> DeckSensors:

@@ -18,6 +18,7 @@ from birdstrike.solver.build import build_bird, build_plate, direction_of
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.plate import PlateMaterial
 from birdstrike.solver.kernels.contact.contact import bilinear
+from birdstrike.solver.sensors.reaction_force import ReactionForce
 from birdstrike.solver.sensors.sensor import Placed, Sensor
 from birdstrike.solver.sensors.strain import Strain
 from birdstrike.solver.target.assembly import Target
@@ -300,7 +301,8 @@ def _sensors(case: Case, target: Target, bird: BirdBody) -> tuple[tuple[SensorOu
     for name, sensor in case.sensors.items():
         output = _output(name, sensor, run, order)
         if output is None:
-            missing.append(f"{name} ({sensor.kind}) is no output of another code: it is not recorded")
+            aside = ", along a direction of its own," if getattr(sensor, "along", None) is not None else ""
+            missing.append(f"{name} ({sensor.kind}){aside} is no output of another code: it is not recorded")
         else:
             found.append(output)
     return tuple(found), tuple(missing)
@@ -316,16 +318,16 @@ def _element_numbers(case: Case, target: Target) -> Numbers:
 
 def _output(name: str, sensor: Sensor, run: Any, order: Numbers) -> SensorOutput | None:
     target: Target = run.plate
-    push = np.array([0.0, 0.0, -1.0])
     if sensor.kind == "contact_force":
         return SensorOutput(name, sensor.kind, sensor.unit, np.empty(0, np.int64), np.empty(0), run.against)
-    if sensor.kind == "reaction_force":
+    if isinstance(sensor, ReactionForce):
+        if sensor.along is not None:  # codes differ in the sign of a reaction, which is told by its impulse in the push
+            return None
         rows = target.supports.nodes
-        support = getattr(sensor, "support", None)
-        if support is not None:
-            rows = rows[target.supports.sets[support]]
+        if sensor.support is not None:
+            rows = rows[target.supports.sets[sensor.support]]
         nodes = np.unique(rows)
-        return SensorOutput(name, sensor.kind, sensor.unit, nodes, np.ones(len(nodes)), push)
+        return SensorOutput(name, sensor.kind, sensor.unit, nodes, np.ones(len(nodes)), run.against)
     if sensor.kind not in ("displacement", "strain") or not isinstance(sensor, Placed):
         return None
     element, xi, eta = sensor.located(run)
@@ -340,5 +342,5 @@ def _output(name: str, sensor: Sensor, run: Any, order: Numbers) -> SensorOutput
         merged[int(node)] = merged.get(int(node), 0.0) + float(weight)
     kept = {node: weight for node, weight in merged.items() if abs(weight) > SMALLEST_SHARE}
     along = getattr(sensor, "along", None)
-    direction = push if along is None else np.array(along) / np.linalg.norm(along)
+    direction = run.against if along is None else np.array(along) / np.linalg.norm(along)
     return SensorOutput(name, sensor.kind, sensor.unit, np.array([*kept]), np.array([*kept.values()]), direction)

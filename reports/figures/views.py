@@ -67,7 +67,8 @@ class Scene:
 
     resting: (m, 3) [m], the plate's nodes before the impact; thickness: of the plate [m]; spacing: of the bird's pieces
     [m], at which they are drawn; up: +1 or -1, the sense of z that is drawn upwards, so that the bird comes from above;
-    sheets: the target's facets; middle: y [m] of the plane in which the target is cut.
+    sheets: the target's facets; middle: y [m] of the plane in which the target is cut; push (3,): unit vector along
+    which displacements count.
     """
 
     resting: Array
@@ -76,6 +77,7 @@ class Scene:
     up: float
     sheets: Sheets
     middle: float = 0.0
+    push: tuple[float, float, float] = (0.0, 0.0, -1.0)
 
 
 def column_width(columns: int, width: float) -> float:

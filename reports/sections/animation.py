@@ -138,7 +138,7 @@ def _scales(seen: Mapping[str, Sequence[Snapshot]], scene: Scene) -> Scales:
 
 def deflection(snapshot: Snapshot, scene: Scene) -> Array:
     """Displacement of every node in the direction of the push, (m,) mm."""
-    return shown(-scene.up * (snapshot.nodes[:, 2] - scene.resting[:, 2]), "m")[0]
+    return shown((snapshot.nodes - scene.resting) @ scene.push, "m")[0]
 
 
 def _bird(snapshots: Sequence[Snapshot], scales: Scales, scene: Scene) -> dict[str, Any]:

@@ -44,7 +44,9 @@ def _scene(results: Results, snapshots: Sequence[Snapshot]) -> Scene:
     thick = plate.thickness if target is None else {name: part.thickness for name, part in target.parts.items()}
     middle = float(aimed_at(results.case)[1])
     up = -push_direction(snapshots)
-    return Scene(mesh.nodes, plate.thickness, spacing, up, Sheets.of(mesh, thick), middle)
+    plane = results.case.struck_plane
+    x, y, z = (0.0, 0.0, -up) if plane is None else (-plane.normal).tolist()
+    return Scene(mesh.nodes, plate.thickness, spacing, up, Sheets.of(mesh, thick), middle, (x, y, z))
 
 
 def _stress(results: Results, seen: dict[str, tuple[Snapshot, ...]], scene: Scene) -> Picture:

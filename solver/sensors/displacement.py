@@ -1,4 +1,4 @@
-"""Displacement of a material point of the plate's mid-surface [m], positive in the push, towards -z."""
+"""Displacement of a material point of the plate's mid-surface [m], positive in the push: against the struck normal."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from birdstrike.solver.sensors.sensor import Along, Placed, Reading, Run, shell_
 class Displacement(Placed):
     """Interpolated by the shape functions of the element that holds the point; along: its direction, absent: the push.
 
+    That is against the normal of the plane that is struck, towards -z but for a mesh from a file that lies aslant.
     It is sampled at the instants themselves: the plate's inertia has limited its band.
     """
 
@@ -31,10 +32,10 @@ class Displacement(Placed):
 
         element, xi, eta = self.located(run)
         nodes, shape = run.plate.quads[element], np.array(bilinear(xi, eta))
+        rest, normal = run.plate.x[nodes].copy(), run.normal
         if self.along is None:
-            height = run.plate.x[nodes, 2].copy()
-            return lambda now: float(shape @ (height - now.plate.x[nodes, 2]))
-        rest, along = run.plate.x[nodes].copy(), np.array(self.along) / np.linalg.norm(self.along)
+            return lambda now: float(shape @ ((rest - now.plate.x[nodes]) @ normal))
+        along = np.array(self.along) / np.linalg.norm(self.along)
         return lambda now: float(shape @ (now.plate.x[nodes] - rest) @ along)
 
     def sampled(self, clock: Array, time: Array, values: Array) -> Array:

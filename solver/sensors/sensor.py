@@ -30,8 +30,8 @@ Along = tuple[Component, Component, Component]
 class Run(Protocol):
     """The running state as sensors see it.
 
-    push: contact force on the plate, against the normal of the plane that is struck [N]; reaction: force on the frame,
-    (3,) [N].
+    normal: of the plane that is struck, a unit vector (3,), z where that is level; push: contact force on the plate
+    against it [N]; reaction: force on the frame, (3,) [N].
     """
 
     @property
@@ -47,6 +47,11 @@ class Run(Protocol):
     @property
     def contact(self) -> Contact:
         """Contact between them."""
+        ...
+
+    @property
+    def normal(self) -> Array:
+        """(3,)."""
         ...
 
     @property
@@ -234,19 +239,25 @@ class Placed(Sensor):
     @classmethod
     def broken_rules(cls, name: str, table: Mapping[str, Any], plate: PlateText, /) -> Iterator[str]:
         """It lies on the plate, has one place, and a direction where it states one."""
-        place, along = table.get("at"), table.get("along")
+        place = table.get("at")
         if place is not None and table.get("point") is not None:
             yield f"sensors.{name} has at and point, two places; keep one"
         if table.get("part") is not None and table.get("point") is None:
             given = f"sensors.{name}.part = {table['part']}"
             yield f"{given} needs a point in space; give sensors.{name}.point, or leave it out"
-        if isinstance(along, list) and along and all(c == 0 for c in along):
-            yield f"sensors.{name}.along = {along} is no direction; write one such as [1.0, 0.0, 0.0], or leave it out"
+        yield from no_direction(name, table)
         for text, key in zip(place if isinstance(place, list) else (), ("length", "width"), strict=False):
             offset, size = PLACE.valid(text), plate.sizes[key]
             if offset is not None and size is not None and abs(offset) > 0.5 * size:
                 where = f"within half of plate.{key} = {plate.texts[key]} of its centre"
                 yield f'sensors.{name}.at: "{text}" is off the plate; {where}'
+
+
+def no_direction(name: str, table: Mapping[str, Any]) -> Iterator[str]:
+    """One line where a sensor's table, as read, has a direction `along` that is of no length."""
+    along = table.get("along")
+    if isinstance(along, list) and along and all(c == 0 for c in along):
+        yield f"sensors.{name}.along = {along} is no direction; write one such as [1.0, 0.0, 0.0], or leave it out"
 
 
 def mean_over_interval(clock: Array, time: Array, values: Array) -> Array:

@@ -67,7 +67,12 @@ def strike(tmp_path: Path, degrees: float, **impact: Any) -> Case:
         }
         for name, at in points.items()
     }
-    table["sensors"] |= {"force": {"kind": "contact_force"}}
+    table["sensors"] |= {
+        "force": {"kind": "contact_force"},
+        "push": {"kind": "displacement", "point": table["sensors"]["v"]["point"]},
+        "frame": {"kind": "reaction_force"},
+        "rim": {"kind": "reaction_force", "support": "rim", "along": (turn @ X).tolist()},
+    }
     return load_case(table)
 
 
@@ -78,13 +83,14 @@ def level(tmp_path_factory: pytest.TempPathFactory) -> Histories:
 
 @pytest.mark.parametrize("degrees", [-25.0, 30.0, 90.0])
 def test_a_turned_plate_is_struck_as_a_level_one(tmp_path, level, degrees):
-    """Sensors along the plate's own normal, the contact force and every energy, the same at the same time.
+    """Sensors along the plate's own normal, stated or in the push, forces and every energy, the same at the same time.
 
     At 90 degrees the plate stands upright. With z as the normal the balance there was a share of a third of the energy.
     """
     case = strike(tmp_path, degrees)
     assert case.normal_speed == pytest.approx(case.impact.speed * np.sin(SLOPE))
     turned = simulate(case)
+    assert turned.channels["push"] == pytest.approx(turned.channels["v"], rel=1e-9)
     assert turned.summary["steps"] == level.summary["steps"]
     for name, values in level.channels.items():
         assert turned.channels[name] == pytest.approx(values, abs=1e-6 * np.abs(values).max()), name

@@ -28,7 +28,7 @@ from birdstrike.inversion.diagnosis.preparation.shots import Shot, responses_of
 from birdstrike.inversion.labels import in_words, label_parts
 from birdstrike.inversion.results.diagnosis import NONE
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.sensors.sensor import Sensor
+from birdstrike.solver.sensors.sensor import Placed, Sensor
 
 MOST, LEAST = 6, 0.01  # models compared; posterior probability below which a model is left out
 NOISE = 0.005  # of its peak: noise of a sensor that nobody has bought yet
@@ -321,5 +321,7 @@ def described(name: str, sensor: Sensor, case: Case) -> str:
     place = None if sensor.place is None else [1e3 * x for x in sensor.place]
     about = "the plate's centre" if case.mesh_file is None else "target.origin"
     where = "" if place is None else f" at {place[0]:.3g} mm along and {place[1]:.3g} mm across from {about}"
+    if isinstance(sensor, Placed) and sensor.point is not None:
+        where = f" at ({', '.join(f'{round(1e3 * x, 3) + 0.0:.3g}' for x in sensor.point)}) mm from {about}"
     declared = "" if name.startswith(PREFIX) else f" (the case's {name})"
     return f"{sensor.noun}{where}{declared}"

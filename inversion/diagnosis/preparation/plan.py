@@ -25,11 +25,13 @@ from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.inversion.estimation.mesh_correction import FINE_RUNS, FINER_SHELLS, fine_mesh, spread
 from birdstrike.inversion.estimation.prior import NormalPrior
-from birdstrike.solver.build import middle_of, rest_mesh
+from birdstrike.solver.build import Outline, outline_of, rest_mesh
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.registry import effects, effects_of
 from birdstrike.solver.sensors.displacement import Displacement
+from birdstrike.solver.sensors.places import point_at
+from birdstrike.solver.sensors.sensor import Placed, Sensor
 
 COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
 """Particles of the campaign, and the least number of shells a side."""
@@ -352,32 +354,56 @@ def _with_own_instruments(case: Case) -> Case:
     return rest.overlaid({"instrument": table})
 
 
-def _has(case: Case, kind: str, place: tuple[float, float]) -> bool:
+def _has(case: Case, kind: str, place: Array, outline: Outline) -> bool:
     """Whether the case has a sensor of that kind at a place, or so near that another one would be the same again."""
-    near = (TOO_NEAR * case.plate.length, TOO_NEAR * case.plate.width)
-    own = [sensor.place[:2] for sensor in case.sensors.values() if sensor.kind == kind and sensor.place is not None]
-    return any(all(abs(a - b) <= far for a, b, far in zip(one, place, near, strict=True)) for one in own)
+    own = [_seen(case, sensor, outline) for sensor in case.sensors.values() if sensor.kind == kind]
+    return any(one is not None and bool((np.abs(one - place) <= TOO_NEAR * outline.sides).all()) for one in own)
 
 
-def _on_shells(case: Case, at: Sequence[str]) -> bool:
-    """Whether a place in plan is on the target: a mesh from a file may have any outline, and holes."""
-    if case.mesh_file is None:
-        return True
-    return not list(Displacement.model_validate({"at": at}).misplaced("", rest_mesh(case)))
+def _seen(case: Case, sensor: Sensor, outline: Outline) -> Array | None:
+    """Where a sensor sits in the outline's axes, (2,) [m]; None for one that has no place."""
+    if outline.plane is None or not isinstance(sensor, Placed):
+        return None if sensor.place is None else np.array(sensor.place[:2])
+    mesh = rest_mesh(case)
+    return outline.seen(point_at(mesh, *sensor.on(mesh)))[:2]
 
 
 def candidates(case: Case) -> dict[str, Any]:
-    """Tables of the candidate sensors, those left out whose place is on no shell of a mesh from a file."""
+    """Tables of the candidate sensors, those left out whose place is on no shell of a mesh from a file.
+
+    The places are shares of the outline; where the struck plane lies aslant they are points in space of the shells that
+    are met there against its normal, and gauges lie along its length.
+    """
     found: dict[str, Any] = {}
-    middle = middle_of(case)
+    outline = outline_of(case)
     for kind, names in (("displacement", PLACES), ("strain", STRAINS)) if not case.plate.rigid else ():
         for name in names:
-            x, y = PLACES[name]
-            place = (middle[0] + x * case.plate.length, middle[1] + y * case.plate.width)
-            at = [f"{1e3 * x:.6g} mm" for x in place]
-            if not _has(case, kind, place) and _on_shells(case, at):
-                found[f"{PREFIX}{kind}_{name}"] = {"kind": kind, "at": at}
+            place = outline.middle + np.array(PLACES[name]) * outline.sides
+            table = _table(case, place, outline)
+            if table is not None and not _has(case, kind, place, outline):
+                along = {} if kind != "strain" or outline.plane is None else {"along": outline.plane.axes[0].tolist()}
+                found[f"{PREFIX}{kind}_{name}"] = {"kind": kind} | table | along
     kinds = {sensor.kind for sensor in case.sensors.values()}
     if "reaction_force" not in kinds:
         found[f"{PREFIX}reaction_force"] = {"kind": "reaction_force"}
     return found
+
+
+def _table(case: Case, place: Array, outline: Outline) -> dict[str, Any] | None:
+    """What a sensor at a place (2,) [m] of the outline says of it; None where there is no shell.
+
+    A mesh from a file may have any outline, and holes.
+    """
+    sensor = {"at": [f"{1e3 * x:.6g} mm" for x in place]}
+    if case.mesh_file is None:
+        return sensor
+    mesh = rest_mesh(case)
+    nodes = outline.seen(mesh.nodes)
+    laid, there = replace(mesh, nodes=nodes, surface=nodes[:, :2]), Displacement.model_validate(sensor)
+    if list(there.misplaced("", laid)):
+        return None
+    if outline.plane is None:
+        return sensor
+    facet, xi, eta = there.on(laid)
+    point = [f"{x:.6g} mm" for x in (1e3 * point_at(mesh, facet, xi, eta)).round(6) + 0.0]
+    return {"point": point, "part": mesh.part_of(facet)}

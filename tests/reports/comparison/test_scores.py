@@ -122,12 +122,16 @@ def test_a_plate_that_yielded_keeps_the_mean_of_its_last_swing(results: Results)
     assert residual_deflection(results.case, strike(), "displacement_centre")[0] == 0.0
 
 
-def test_a_cell_under_one_support_is_not_the_frame_s_force() -> None:
+def test_a_cell_under_one_support_or_along_another_axis_is_not_the_frame_s_force() -> None:
     """The impulse of one set of nodes was shown as that on the frame."""
-    sensors = {"cell": {"kind": "reaction_force", "support": "edges"}, "frame": {"kind": "reaction_force"}}
+    sensors = {
+        "cell": {"kind": "reaction_force", "support": "edges"},
+        "sideways": {"kind": "reaction_force", "along": [0.0, 1.0, 0.0]},
+        "frame": {"kind": "reaction_force"},
+    }
     case = load_case("openradioss_panel", {"target.generator.element_size": "50 mm"}).overlaid({"sensors": sensors})
     time = np.linspace(0.0, 1e-3, 5)
-    run = replace(strike(), time=time, channels={"cell": time, "frame": 3.0 * time})
+    run = replace(strike(), time=time, channels={"cell": time, "sideways": time, "frame": 3.0 * time})
     assert sensor_of_kind(case, run, "reaction_force") == "frame"
     assert sensor_of_kind(case, replace(run, channels={"cell": time}), "reaction_force") is None
 

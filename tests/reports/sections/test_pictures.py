@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections import animation, pictures
 from tests.reports.synthetic import strike
+from tests.solver.test_struck_plane import about_y
+from tests.solver.test_struck_plane import strike as aslant_strike
 
 
 def test_the_shapes_are_dated_by_the_snapshots_that_are_shown(results: Results) -> None:
@@ -20,6 +27,14 @@ def test_the_largest_displacement_is_that_of_the_instants_in_motion(results: Res
     snapshots = strike().snapshots
     caption = animation._caption({"elastic": snapshots}, pictures._scene(results, snapshots), solid=False)
     assert "Largest displacement anywhere on the plate at these instants: elastic " in caption
+
+
+def test_the_displacement_of_a_turned_plate_counts_in_the_push(results: Results, tmp_path: Path) -> None:
+    """An upright plate that was pushed in by 2 mm showed 0."""
+    case = aslant_strike(tmp_path, 90.0)
+    scene, snapshot = pictures._scene(replace(results, case=case), strike().snapshots), strike().snapshots[0]
+    moved = replace(snapshot, nodes=scene.resting - 0.002 * about_y(90.0)[:, 2])
+    assert animation.deflection(moved, scene) == pytest.approx(2.0)
 
 
 def test_a_bird_s_extent_is_compared_with_what_it_was_in_the_same_direction(results: Results) -> None:

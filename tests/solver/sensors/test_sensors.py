@@ -11,6 +11,7 @@ import pytest
 from birdstrike.reports.verification.columns import SEED
 from birdstrike.reports.verification.problems.target import gauge_under_a_layer
 from birdstrike.solver.bird.sph import Bird
+from birdstrike.solver.case.struck import UP
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.sensors.places import blend, place_on, point_at
 from birdstrike.solver.sensors.recording import readings
@@ -36,7 +37,9 @@ def distorted(radius: float = math.inf) -> ShellMesh:
 
 def strike_on(plate: Target) -> SimpleNamespace:
     """As much of a strike as gauges read."""
-    return SimpleNamespace(plate=plate, contact=SimpleNamespace(spacing=5e-3), push=0.0, reaction=np.zeros(3))
+    return SimpleNamespace(
+        plate=plate, contact=SimpleNamespace(spacing=5e-3), push=0.0, reaction=np.zeros(3), normal=UP
+    )
 
 
 def read(plate: Target, move, sensors: dict[str, Sensor]) -> dict[str, float]:

@@ -15,6 +15,7 @@ from birdstrike.reports.verification.columns import SEED
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import load_case
+from birdstrike.solver.case.struck import UP
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.sensors.places import facing, place_in_space, point_at
 from birdstrike.solver.sensors.recording import readings
@@ -53,7 +54,7 @@ def read(
     plate: Target, sensors: dict[str, dict[str, Any]], gradient: np.ndarray, bend: float = 0.0
 ) -> dict[str, float]:
     """Readings after one step of 1 s of the displacement field gradient @ x, and of bending about y."""
-    run: Any = SimpleNamespace(plate=plate, contact=SimpleNamespace(spacing=5e-3))
+    run: Any = SimpleNamespace(plate=plate, normal=UP, contact=SimpleNamespace(spacing=5e-3))
     found = readings({name: SENSORS.validate(table) for name, table in sensors.items()}, run)
     plate.v[:] = plate.x @ gradient.T
     if bend:

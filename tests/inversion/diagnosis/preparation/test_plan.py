@@ -13,10 +13,12 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.effects import Effect, register, unregister
+from birdstrike.inversion.diagnosis.conclusions.next_measurement import described
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
 from birdstrike.inversion.diagnosis.inference.hypotheses import Suspect, family_of, hypotheses
 from birdstrike.inversion.diagnosis.preparation.instrument import change, instrument_effects, signature, with_faults
 from birdstrike.inversion.diagnosis.preparation.plan import (
+    PREFIX,
     Block,
     Known,
     candidates,
@@ -35,8 +37,11 @@ from birdstrike.solver.build import rest_mesh
 from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, recorded
+from birdstrike.solver.sensors.sensor import Placed
+from birdstrike.solver.sensors.strain import Strain
 from tests.inversion.diagnosis.rig import tiny
 from tests.solver.test_setup_warnings import sheet_from_a_file
+from tests.solver.test_struck_plane import about_y, strike
 
 
 @pytest.mark.parametrize("more", [{}, {"bird.material.pressure_cutoff": {"range": ["-1 MPa", "-0.1 MPa"]}}])
@@ -343,6 +348,24 @@ def test_a_candidate_sensor_off_the_outline_of_a_mesh_is_none(tmp_path: Path) ->
     found = candidates(load_case(table))
     assert "probe_displacement_aft" in found
     assert "probe_displacement_corner" not in found
+
+
+def test_candidate_sensors_on_a_turned_plate_lie_where_those_on_a_level_one_do(tmp_path: Path) -> None:
+    """Places in plan were off the shells of an upright plate: it had no candidate but the reaction force."""
+    found = {turn: with_probes(strike(tmp_path, turn)) for turn in (0.0, 30.0, 90.0)}
+    for turn in (30.0, 90.0):
+        assert list(found[turn].sensors) == list(found[0.0].sensors)
+        for name, level in found[0.0].sensors.items():
+            sensor = found[turn].sensors[name]
+            if name.startswith(PREFIX) and isinstance(level, Placed) and isinstance(sensor, Placed):
+                assert sensor.point == pytest.approx(about_y(turn) @ [*level.at, 0.0], abs=1e-7)
+                assert not list(sensor.misplaced(name, rest_mesh(found[turn])))
+            if isinstance(sensor, Strain):
+                assert sensor.along == pytest.approx(about_y(turn) @ [1.0, 0.0, 0.0])
+    assert "probe_strain_side" in found[90.0].sensors
+    assert "probe_displacement_centre" not in found[90.0].sensors
+    words = described("probe_strain_fore", found[90.0].sensors["probe_strain_fore"], found[90.0])
+    assert words.endswith(" at (0, 0, -50) mm from target.origin"), words
 
 
 @pytest.mark.parametrize("size", [-0.02, 0.0, float("nan")])
