@@ -51,10 +51,12 @@ class Impact(Section):
         if not isinstance(raw, dict) or raw.get("direction") is None:
             return raw
         given = raw["direction"]
-        if not is_direction(given):
+        if not is_direction(given) or ANGLE.valid(f"{math.degrees(slope_of(given))!r} deg") is None:
             raise complaint(
                 f"has direction = {given}; write three numbers of which the third is negative, such as "
-                "[0.8, 0.1, -0.6]: the bird flies towards -z, onto the target"
+                f"[0.8, 0.1, -0.6]: the bird flies towards -z, at {ANGLE.low} or more to the plane of x and y. A mesh "
+                "from a file that is struck from another side must be turned in its file, such as x to z, and points "
+                "and directions of the case with it"
             )
         if "angle" in raw:
             return raw

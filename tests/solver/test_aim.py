@@ -139,6 +139,13 @@ def test_a_direction_and_an_angle_of_one_file_agree_or_are_refused():
         load_case("flat_plate_002", {"impact.direction": "[0.8, 0.3, -0.6]", "impact.angle": "60 deg"})
 
 
+@pytest.mark.parametrize("direction", ["[-1.0, 0.0, 0.0]", "[-1.0, 0.0, -0.01]", "[0.0, 0.0, 1.0]", "[0.8, -0.6]"])
+def test_a_direction_that_is_not_towards_the_target_is_told_by_its_own_name(direction):
+    """One of less than a degree was refused as `impact.angle`, which the case does not have."""
+    with pytest.raises(CaseError, match=r"impact has direction = \[.* at 1 deg or more .* must be turned in its file"):
+        load_case("flat_plate_002", {"impact.direction": direction})
+
+
 @pytest.mark.parametrize("turn", [(40, 40), (40, -20), (0, 30), (25, 0)])
 def test_a_turned_birds_lowest_point_is_one_of_its_outline(turn):
     """Of a cylinder's ends the lowest point lies r times the upright part of the ring's plane below the centre."""
