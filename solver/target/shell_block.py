@@ -65,16 +65,15 @@ class ShellBlock:
 
     def sizes_across_a_crack(self, nodes: Array) -> Array:
         """(e, 4) The element's size [m], and by what it is longer or shorter along a direction, see `crack_band`."""
-        first, second = self.mid_lines(nodes)
         axes = self.frame.reshape(-1, 3, 3)[:, :2]
-        jacobian = np.stack([np.einsum("eac,ec->ea", axes, one) for one in (first, second)], axis=2)
+        jacobian = np.stack([np.einsum("eac,ec->ea", axes, one) for one in self.mid_lines(nodes)], axis=2)
         area = self.shape[:, 4] / self.square_share
         metric = jacobian @ jacobian.transpose(0, 2, 1) / area[:, None, None]
         off = np.stack([metric[:, 0, 0] - 1.0, metric[:, 1, 1] - 1.0, metric[:, 0, 1]], axis=1)
         off[np.abs(off).max(axis=1) < SQUARE] = 0.0
         return np.column_stack([np.sqrt(area), off])
 
-    def mid_lines(self, nodes: Array) -> tuple[Array, Array]:
+    def mid_lines(self, nodes: Array) -> tuple[Array, ...]:
         """The lines between the middles of opposite sides, 2 x (e, 3) [m]."""
         a, b, c, d = (nodes[self.quads[:, corner]] for corner in range(4))
         return 0.5 * (b + c - a - d), 0.5 * (c + d - a - b)

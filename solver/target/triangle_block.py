@@ -21,6 +21,9 @@ from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.section import Section
 from birdstrike.solver.target.shell_block import HOURGLASS_COEFFICIENT, ShellBlock
 
+ALIKE = 1e-6
+"""Of the square of a side, by which another is as long: files round their nodes."""
+
 
 class TriangleBlock(ShellBlock):
     """Triangles of one or several sections, `kernels.target.triangle`; quads (e, 4): the last node twice."""
@@ -43,13 +46,19 @@ class TriangleBlock(ShellBlock):
         squared = self.thickness**2
         self.shear_root = np.sqrt(squared / (squared + SHEAR_STABILISATION * longest**2))
 
-    def mid_lines(self, nodes: Array) -> tuple[Array, Array]:
-        """The sides at the largest angle, 2 x (e, 3) [m]: the mid-lines of the quadrilateral of two such triangles."""
+    def mid_lines(self, nodes: Array) -> tuple[Array, ...]:
+        """The two sides beside the longest, 3 x (e, 3) [m]: mid-lines of the quadrilateral of two such triangles.
+
+        Where several sides are the longest, each is left out for an equal share, so that the metric is the mean over
+        these quadrilaterals and no corner counts before another.
+        """
         corners = nodes[self.triangles]
         sides = np.roll(corners, -1, axis=1) - corners
-        facing = np.argmax((np.roll(sides, -1, axis=1) ** 2).sum(axis=2), axis=1)
-        at = np.arange(len(sides))
-        return sides[at, facing], -sides[at, facing - 1]
+        squared = (sides**2).sum(axis=2)
+        longest = squared > (1.0 - ALIKE) * squared.max(axis=1, keepdims=True)
+        share = np.sqrt(1.0 - longest / longest.sum(axis=1, keepdims=True))
+        first, second, third = np.moveaxis(share[:, :, None] * sides, 1, 0)
+        return first, second, third
 
     def update_geometry(self, x: Array) -> None:
         """Frames and gradients of the present positions (m, 3) [m]."""
