@@ -163,6 +163,14 @@ class Between:
         return checked(self.validate)
 
 
+EDGE_SPRINGS = {
+    "rotational": Between("0 kN*m/rad/m", "1e6 kN*m/rad/m"),
+    "in_plane": Between("0 N/mm^2", "1e7 N/mm^2"),
+    "transverse": Between("0 N/mm^2", "1e7 N/mm^2"),
+}
+"""Freedom of a support -> its stiffness per length of edge, which a case states and effects change."""
+
+
 @dataclass(frozen=True)
 class Count:
     """A whole number in low .. high."""

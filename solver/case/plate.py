@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import model_validator
 
 from birdstrike.data.units import quantity_text
-from birdstrike.solver.fields import Between, Count, Section, Switch, WordOr
+from birdstrike.solver.fields import EDGE_SPRINGS, Between, Count, Section, Switch, WordOr
 
 UNUSED_BY_RIGID = {
     "thickness": "10 mm",
@@ -41,9 +41,9 @@ class EdgeSprings(Section):
     rotational [N m/rad per m]; in_plane, transverse: along and across the surface [N/m per m, that is N/m^2].
     """
 
-    rotational: Annotated[float, Between("0 kN*m/rad/m", "1e6 kN*m/rad/m")] | None = None
-    in_plane: Annotated[float, Between("0 N/mm^2", "1e7 N/mm^2")] | None = None
-    transverse: Annotated[float, Between("0 N/mm^2", "1e7 N/mm^2")] | None = None
+    rotational: Annotated[float, EDGE_SPRINGS["rotational"]] | None = None
+    in_plane: Annotated[float, EDGE_SPRINGS["in_plane"]] | None = None
+    transverse: Annotated[float, EDGE_SPRINGS["transverse"]] | None = None
 
     def texts(self) -> dict[str, str]:
         """The springs that are given, as a case's table has them."""

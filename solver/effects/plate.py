@@ -9,12 +9,11 @@ from typing import Any
 
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.effects.effect import Declared, Effect, Table
+from birdstrike.solver.fields import EDGE_SPRINGS
 
 GROUP = "plate and support"
 RATE = 100.0  # 1/s, at which plate_rate_hardening states its gain
 ALUMINIUM_P = 4.0  # Cowper-Symonds exponent where the case declares no rate hardening
-STIFFEST = {"rotational": 1e9, "in_plane": 1e13}
-"""Freedom of a support -> largest stiffness that a case may state, SI; what is stiffer is rigid."""
 
 
 def bending_stiffness(case: Declared) -> float:
@@ -61,7 +60,8 @@ def _stiffest(case: Declared, key: str, alone: str | None = None) -> float:
 def _springs(held: Any, key: str, unit: str, compliance: float) -> dict[str, str | None] | str:
     """A support with springs in series with what it declares.
 
-    Where a compliance below 0 takes the whole declared one away, it holds rigidly.
+    Where a compliance below 0 takes the whole declared one away, or leaves what is stiffer than a case may state, it
+    holds rigidly.
     """
     springs: dict[str, str | None] = {}
     if not isinstance(held, str):
@@ -69,7 +69,7 @@ def _springs(held: Any, key: str, unit: str, compliance: float) -> dict[str, str
     elif held == "pinned":
         springs = {"rotational": quantity_text(0.0, "N m/rad/m")}
     total = _compliance(held, key) + compliance
-    rigid = total <= (1.0 / STIFFEST[key] if compliance < 0.0 else 0.0)
+    rigid = total <= (1.0 / EDGE_SPRINGS[key].bounds[1] if compliance < 0.0 else 0.0)
     springs[key] = None if rigid else quantity_text(1.0 / total, unit)
     return springs if any(springs.values()) else "clamped"
 
