@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
+from birdstrike.solver.arrays import node_rows
 from birdstrike.solver.kernels.contact.sheet_contact import nearest_on_facet
 from birdstrike.solver.target.mesh import is_triangle, sides_by_edge, sides_of
 
@@ -119,17 +120,20 @@ def _welded(nodes: Array, quads: Numbers, edges: Sequence[Numbers], tied: Mappin
     The border of a sheet that is tied flat onto another is touched as any.
     """
     found: Meeting = {}
-    ends, away = sides_of(quads), _away_from_sides(nodes, quads)
-    for places in edges:
-        followed = [tied[node] for node in ends[places[0]].tolist() if node in tied]
-        if len(places) > 1 or len(followed) < 2:
-            continue
-        near = np.flatnonzero(np.isin(quads, np.concatenate(followed)).any(axis=1))
-        under = _nearest_facets(nodes[ends[places[0]]].mean(axis=0), nodes, quads, near)
+    if not tied:
+        return found
+    ends, away, (start, member) = sides_of(quads), _away_from_sides(nodes, quads), node_rows(quads, len(nodes))
+    follows = np.isin(np.arange(len(nodes)), [*tied])
+    border = np.array([places[0] for places in edges if len(places) == 1], np.int64)
+    for place in border[follows[ends[border]].all(axis=1)].tolist():
+        one, other = ends[place].tolist()
+        rows = [member[start[node] : start[node + 1]] for node in (*tied[one].tolist(), *tied[other].tolist())]
+        near = np.unique(np.concatenate(rows) // 4)
+        under = _nearest_facets(nodes[ends[place]].mean(axis=0), nodes, quads, near)
         corners = nodes[quads[under[0]]]
         normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
-        if abs(float(normal @ away[places[0]])) > SMOOTH * float(np.linalg.norm(normal)):
-            found[int(places[0])] = [(facet, True) for facet in under]
+        if abs(float(normal @ away[place])) > SMOOTH * float(np.linalg.norm(normal)):
+            found[place] = [(facet, True) for facet in under]
     return found
 
 
