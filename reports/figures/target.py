@@ -51,6 +51,8 @@ LETTER = 0.0092
 WIDER = 1.4
 """Least width of a view over its height."""
 NAME_OFFSET = 16.0  # points between a support and its name
+NEAR = 0.1
+"""Of the target's extent, within which the names of two supports would overlap."""
 LABELLED = 12
 """Sensors up to which each has its name in the picture."""
 
@@ -59,7 +61,8 @@ LABELLED = 12
 class DrawnTarget:
     """What the picture shows, SI: nodes, facets, part of each, and where things are in space.
 
-    bird: points of its outline, none where it is not drawn; marked (k,): facets that something is said about.
+    bird: points of its outline, none where it is not drawn; marked (k,): facets that something is said about; plane
+    (3, 3): axes of the plane that is struck, along length, width and the normal, from which the eye is counted.
     """
 
     nodes: Array
@@ -74,6 +77,7 @@ class DrawnTarget:
     velocity: Array
     speed: float
     marked: NDArray[np.int64]
+    plane: Array
 
 
 def drawn_target(case: Case) -> DrawnTarget:
@@ -104,7 +108,8 @@ def drawn_target(case: Case) -> DrawnTarget:
     where = (target.mesh.nodes, target.quads, part, names, supports, rivets, sensors)
     found = [] if case.target is None else case.target.findings()
     marked = np.unique(np.concatenate([np.empty(0, np.int64), *(one.shells for one in found)]))
-    return DrawnTarget(*where, surface, surface.mean(axis=0), direction, case.impact.speed, marked)
+    plane = np.eye(3) if case.struck_plane is None else case.struck_plane.axes
+    return DrawnTarget(*where, surface, surface.mean(axis=0), direction, case.impact.speed, marked, plane)
 
 
 @styled
@@ -130,7 +135,7 @@ def target_figure(shown: DrawnTarget) -> Figure:
     if shown.sensors:
         handles.append(Line2D([], [], color=VERMILION, marker="P", markersize=6, linestyle="", label="sensors"))
     placed = np.concatenate([np.empty((0, 3)), *shown.supports.values(), *(p[None] for p in shown.sensors.values())])
-    if any(hidden_from(shown, placed, _axes_of_view(behind)).any() for behind in (False, True)):
+    if any(hidden_from(shown, placed, axes_of_view(shown, behind)).any() for behind in (False, True)):
         hollow = {"markerfacecolor": "none", "markersize": 5, "linestyle": ""}
         handles.append(Line2D([], [], color=GREY, marker="s", label="hollow: behind a shell", **hollow))
     if len(shown.marked):
@@ -158,17 +163,17 @@ def _marks(shown: DrawnTarget) -> Iterator[tuple[str, str]]:
         yield name, SUPPORT_MARKS[i % len(SUPPORT_MARKS)]
 
 
-def _axes_of_view(behind: bool) -> Array:
-    """Rows: to the right, up, and towards the eye."""
+def axes_of_view(shown: DrawnTarget, behind: bool) -> Array:
+    """Rows (3, 3): to the right, up, and towards the eye, which looks at the struck side, or at the back."""
     elevation = -ELEVATION if behind else ELEVATION
     eye = np.array([np.cos(elevation) * np.cos(TURN), np.cos(elevation) * np.sin(TURN), np.sin(elevation)])
     right = np.array([-np.sin(TURN), np.cos(TURN), 0.0])
-    return np.stack([right, np.cross(eye, right), eye])
+    return np.stack([right, np.cross(eye, right), eye]) @ shown.plane
 
 
 def _view(axes: Axes, shown: DrawnTarget, behind: bool) -> None:
     """One view; what lies nearer to the eye is drawn later."""
-    look = _axes_of_view(behind)
+    look = axes_of_view(shown, behind)
     _facets(axes, shown, look)
     for name, mark in _marks(shown):
         held, hidden = 1e3 * shown.supports[name] @ look[:2].T, hidden_from(shown, shown.supports[name], look)
@@ -193,14 +198,25 @@ def _view(axes: Axes, shown: DrawnTarget, behind: bool) -> None:
 
 
 def _support_names(axes: Axes, shown: DrawnTarget, look: Array) -> None:
-    """The name of each set of supports beside the node that lies in its middle, on the target's side of it."""
+    """The name of each set of supports beside the node that lies in its middle, on the target's side of it.
+
+    Names of sets whose middles lie together stand below the first of them.
+    """
     around = [withStroke(linewidth=2.5, foreground="white")]
+    near, named = NEAR * float(np.ptp(shown.nodes, axis=0).max()), list[tuple[Array, Array, list[str]]]()
     for name, nodes in shown.supports.items():
         middle = nodes[np.argmin(np.linalg.norm(nodes - nodes.mean(axis=0), axis=1))]
         place, inward = look[:2] @ middle, look[:2] @ (shown.nodes.mean(axis=0) - middle)
         to = NAME_OFFSET * inward / max(float(np.linalg.norm(inward)), 1e-12)
-        where = {"textcoords": "offset points", "ha": "center", "va": "center", "fontsize": 8}
-        axes.annotate(words(name), tuple(1e3 * place), tuple(to), path_effects=around, zorder=6, **where)
+        beside = (lines for other, _, lines in named if float(np.linalg.norm(other - place)) < near)
+        lines = next(beside, None)
+        if lines is None:
+            named.append((place, to, [words(name)]))
+        else:
+            lines.append(words(name))
+    where = {"textcoords": "offset points", "ha": "center", "va": "center", "fontsize": 8}
+    for place, to, lines in named:
+        axes.annotate("\n".join(lines), tuple(1e3 * place), tuple(to), path_effects=around, zorder=6, **where)
 
 
 def hidden_from(shown: DrawnTarget, points: Array, look: Array) -> NDArray[np.bool_]:
@@ -231,9 +247,9 @@ def _facets(axes: Axes, shown: DrawnTarget, look: Array) -> None:
     corners = shown.nodes[shown.quads]
     normals = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normal = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-    shade = 0.55 + 0.45 * np.abs(normal @ LIGHT)
+    shade = 0.55 + 0.45 * np.abs(normal @ (LIGHT @ shown.plane))
     colours = np.array([to_rgb(PART_COLOURS[i % len(PART_COLOURS)]) for i in range(len(shown.names))])
-    layer = shown.part * 0.6 * np.sqrt(np.linalg.norm(normals, axis=1).mean()) * np.sign(look[2, 2])
+    layer = shown.part * 0.6 * np.sqrt(np.linalg.norm(normals, axis=1).mean()) * np.sign(look[2] @ shown.plane[2])
     order = np.argsort(
         corners.mean(axis=1) @ look[2] - layer, kind="stable"
     )  # of sheets that touch, the first is outside
@@ -305,4 +321,4 @@ def write_mesh_picture(mesh: PartMesh, shells: NDArray[np.int64], path: Path) ->
     """A mesh alone, with some shells (k,) marked; raises as `write_figure` does."""
     nothing = np.empty((0, 3))
     where = (mesh.nodes, mesh.quads, mesh.part, mesh.parts, {}, nothing, {})
-    write_figure(target_figure(DrawnTarget(*where, nothing, np.zeros(3), np.zeros(3), 0.0, shells)), path)
+    write_figure(target_figure(DrawnTarget(*where, nothing, np.zeros(3), np.zeros(3), 0.0, shells, np.eye(3))), path)

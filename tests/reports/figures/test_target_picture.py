@@ -10,8 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
-from birdstrike.reports.figures.target import _axes_of_view, drawn_target, hidden_from, target_figure
+from birdstrike.reports.figures.target import axes_of_view, drawn_target, hidden_from, target_figure
 from birdstrike.solver.case.case import load_case
+from tests.solver.test_struck_plane import strike
 
 COARSE = {"target.generator.element_size": "25 mm", "bird.particles": "300"}
 
@@ -56,11 +57,31 @@ def test_what_lies_behind_a_shell_is_known_from_either_side():
     """A sensor on a blade is hidden from the impact side alone, one on the skin from neither."""
     shown = drawn_target(load_case("openradioss_panel", COARSE))
     points = np.array([shown.sensors["u_blade"], shown.sensors["w_x60"]])
-    front, back = (hidden_from(shown, points, _axes_of_view(behind)) for behind in (False, True))
+    front, back = (hidden_from(shown, points, axes_of_view(shown, behind)) for behind in (False, True))
     assert front.tolist() == [True, False]
     assert back.tolist() == [False, False]
     bare = drawn_target(load_case("flat_plate_002", COARSE))
     assert "hollow: behind a shell" not in [t.get_text() for t in target_figure(bare).legends[0].get_texts()]
+
+
+@pytest.mark.parametrize("turn", [-50.0, 50.0, 90.0])
+def test_a_turned_plate_is_seen_from_its_impact_side_as_a_level_one(tmp_path: Path, turn: float):
+    """One that rises along the flight was seen from its back under the title "from the impact side"."""
+    seen = []
+    for degrees in (0.0, turn):
+        shown = drawn_target(strike(tmp_path, degrees))
+        front, back = (axes_of_view(shown, behind) @ shown.plane[2] for behind in (False, True))
+        assert front[2] > 0.5
+        assert back[2] < -0.5
+        seen.append(shown.nodes @ axes_of_view(shown, behind=False).T)
+    assert seen[1] == pytest.approx(seen[0], abs=1e-9)
+
+
+def test_names_of_supports_at_one_place_stand_below_each_other(tmp_path: Path):
+    shown = drawn_target(strike(tmp_path, 0.0))
+    rim = shown.supports["rim"]
+    figure = target_figure(replace(shown, supports={"left": rim, "ends": rim[:-1], "far": rim[rim[:, 0] > 0.09]}))
+    assert {"left\nends", "far"} <= {text.get_text() for text in figure.axes[0].texts}
 
 
 @pytest.mark.parametrize("case", ["flat_plate_002", "reference_strike"])
