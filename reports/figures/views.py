@@ -56,7 +56,8 @@ def window(snapshots: Sequence[Snapshot], scene: Scene) -> tuple[Array, Array]:
     beyond = 0.25 * (right - left)
     low, high = np.percentile(pieces[:, 0], (0.5, 99.5)) if len(pieces) else (left, right)
     x = np.array([max(min(low, left), left - beyond) - 0.01, min(max(high, right), right + beyond) + 0.01])
-    top = float(np.percentile(up * pieces[:, 2], 99.5)) if len(pieces) else 0.0
+    top = float((up * resting[:, 2]).max())
+    top = max(top, float(np.percentile(up * pieces[:, 2], 99.5))) if len(pieces) else top
     bottom = min(float((up * s.nodes[:, 2]).min()) for s in snapshots)
     return x * 1e3, np.array([min(bottom, 0.0) - 0.02, max(top, 0.02) + 0.015]) * 1e3
 

@@ -18,6 +18,7 @@ from birdstrike.reports.results.measurement import (
     residual,
 )
 from birdstrike.reports.results.results import CampaignResults, InversionResults, Results, RunSummary
+from birdstrike.solver.build import outline_of
 
 
 def findings(results: Results) -> tuple[str, str, str, str, str]:
@@ -28,7 +29,7 @@ def findings(results: Results) -> tuple[str, str, str, str, str]:
 def analysed(results: Results) -> str:
     """Bird, impact, plate and record, and whether that record was measured or simulated."""
     case, record = results.case, results.record
-    length, width, thickness = (quantity(x, "m") for x in (case.plate.length, case.plate.width, case.plate.thickness))
+    length, width, thickness = (quantity(float(x), "m") for x in (*outline_of(case).sides, case.plate.thickness))
     parts = len(case.target.parts) if case.target is not None else 1
     target = (
         f"a target of {parts} parts, {length} × {width}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from pathlib import Path
 
 from matplotlib.figure import Figure
 
@@ -16,6 +15,7 @@ from birdstrike.reports.figures.target import drawn_target, target_figure
 from birdstrike.reports.results.measurement import origin, short_name
 from birdstrike.reports.results.results import CampaignResults, Results
 from birdstrike.solver.bird.materials.interface import BirdMaterial
+from birdstrike.solver.build import outline_of
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.effects import stated
@@ -133,9 +133,10 @@ def _instrument(one: Instrument, unit: str) -> str:
     return ", ".join(filter(None, said)) or "ideal"
 
 
-def _parts(target: Target, mesh_file: Path | None) -> tuple[tuple[str, str], ...]:
+def _parts(case: Case, target: Target) -> tuple[tuple[str, str], ...]:
     """Parts of a target with their thickness and law, and how it is held."""
-    source = target.source
+    source, mesh_file = target.source, case.mesh_file
+    sides = (source.length, source.width) if case.struck_plane is None else outline_of(case).sides.tolist()
     parts = tuple(
         (f"part {name}", f"{quantity(part.thickness, 'm')}, {part.material} ({target.materials[part.material].law})")
         for name, part in target.parts.items()
@@ -143,7 +144,7 @@ def _parts(target: Target, mesh_file: Path | None) -> tuple[tuple[str, str], ...
     held = ", ".join(
         f"{name} {edges if isinstance(edges, str) else 'on springs'}" for name, edges in target.supports.items()
     )
-    size = " × ".join(quantity(side, "m") for side in (source.length, source.width))
+    size = " × ".join(quantity(side, "m") for side in sides)
     file = "" if mesh_file is None else f", mesh {mesh_file.name}"
     mesh = f"{size}{file}, {len(source.mesh().quads)} shells of about {quantity(source.element_size, 'm')}"
     return (("target", mesh), *parts, ("supports", held or "none"))
@@ -152,7 +153,7 @@ def _parts(target: Target, mesh_file: Path | None) -> tuple[tuple[str, str], ...
 def _plate(case: Case) -> tuple[tuple[str, str], ...]:
     plate, metal = case.plate, case.plate.material
     if case.target is not None:
-        return _parts(case.target, case.mesh_file)
+        return _parts(case, case.target)
     if plate.rigid:
         return (("plate", f"{quantity(plate.length, 'm')} × {quantity(plate.width, 'm')}, rigid"),)
     size = " × ".join(quantity(side, "m") for side in (plate.length, plate.width, plate.thickness))

@@ -280,6 +280,8 @@ def test_a_view_and_its_mid_line_move_with_the_plate() -> None:
     )
     np.testing.assert_allclose(x_there, x + 1e3 * away[0], rtol=1e-12)
     np.testing.assert_array_equal(height_there, height)
+    steep = replace(SCENE, resting=RESTING + np.outer(RESTING[:, 0], [0.0, 0.0, 2.0]))
+    assert window(RUN.snapshots, steep)[1][1] > 1e3 * steep.resting[:, 2].max(), "the end of a steep plate was cut off"
 
 
 def test_one_scale_of_stress_holds_all_models() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from birdstrike.reports.blocks import Picture, Table
 from birdstrike.reports.results.results import Results
-from birdstrike.reports.sections.setup import _caption, _facts, section
+from birdstrike.reports.sections.setup import _caption, _facts, _plate, section
 from birdstrike.solver.case.case import load_case
 from tests.solver.target.triangles import abaqus_file
 from tests.solver.test_struck_plane import strike
@@ -53,6 +53,7 @@ def test_the_caption_of_a_mesh_that_lies_aslant_has_the_angle_to_its_own_surface
     case = strike(tmp_path, 25.0)
     assert case.impact.angle == pytest.approx(np.radians(85.0))
     assert "makes 60° with the plate's surface, so that 78.9 m/s of " in _caption(case)
+    assert dict(_plate(case))["target"].startswith("200 mm × 200 mm, mesh "), "not its extent in x and y"
 
 
 def test_the_caption_of_a_mesh_from_a_file_names_its_point_and_the_table_the_file(tmp_path: Path) -> None:
