@@ -20,11 +20,13 @@ from birdstrike.inversion.results.diagnosis import ShotStates
 from birdstrike.reports.export.effects import effect_lines, read_effects
 from birdstrike.reports.export.fixed_columns import number
 from birdstrike.reports.export.lsdyna_materials import metal_lines
+from birdstrike.reports.export.model import strike_model
 from birdstrike.solver.build import build_bird, build_plate
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.target.laws.tabulated import Tabulated
 from tests.diagnoses import effect, state, written_diagnosis
 from tests.reports.export.radioss_reader import Block, elements_of, nodes_of, read_deck
+from tests.solver.test_struck_plane import strike as aslant_strike
 
 UNITS = ("mm-ms-kg-GPa", "mm-s-t-MPa", "m-s-kg-Pa")
 SCALES = {"mm-ms-kg-GPa": (1e3, 1e3, 1.0), "mm-s-t-MPa": (1e3, 1.0, 1e-3), "m-s-kg-Pa": (1.0, 1.0, 1.0)}
@@ -511,3 +513,13 @@ def test_an_effect_without_a_card_does_not_take_the_others_with_it(tmp_path: Pat
     assert re.search(r"It has no card here: .*fracture_energy", comments_of(file))
     assert "it changes the bird's equation of state; read its constants from the case" in comments_of(file)
     assert "*MAT_NULL" in file.read_text()
+
+
+def test_sensors_of_a_mesh_that_lies_aslant_count_against_its_normal(tmp_path: Path) -> None:
+    """A reaction along a direction of its own is left out: codes differ in its sign."""
+    model = strike_model(aslant_strike(tmp_path, 30.0))
+    found = {sensor.name: sensor.direction for sensor in model.sensors}
+    for name in ("push", "frame", "force"):
+        assert found[name] == pytest.approx([-0.5, 0.0, -np.sqrt(0.75)])
+    assert "rim" not in found
+    assert any(told.startswith("rim (reaction_force), along a direction of its own,") for told in model.missing)
