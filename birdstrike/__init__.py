@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from birdstrike.inversion.audit.audit import audit
     from birdstrike.inversion.diagnosis.diagnose import diagnose
     from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
+    from birdstrike.inversion.extras import Extras
     from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
     from birdstrike.inversion.mesh_convergence.grid_convergence import CurveConvergence, GridConvergence
     from birdstrike.inversion.mesh_convergence.meshes import Mesh
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from birdstrike.inversion.results.diagnosis import Diagnosis, EffectFigures
     from birdstrike.inversion.results.estimates import Answer, Estimate
     from birdstrike.inversion.results.inversion import Inversion
-    from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+    from birdstrike.inversion.train_and_invert import train_and_invert
     from birdstrike.loop import close_the_loop
     from birdstrike.reports.evidence.archive import Evidence
     from birdstrike.reports.explore.explore import explore
@@ -92,7 +93,7 @@ _TYPES = {
     "Inversion": "birdstrike.inversion.results.inversion",
     "Answer": "birdstrike.inversion.results.estimates",
     "Estimate": "birdstrike.inversion.results.estimates",
-    "Extras": "birdstrike.inversion.train_and_invert",
+    "Extras": "birdstrike.inversion.extras",
     "MethodScore": "birdstrike.inversion.method_comparison",
     "ModelAnswer": "birdstrike.inversion.models.results",
     "ModelComparison": "birdstrike.inversion.models.results",

@@ -161,9 +161,10 @@ def close_the_loop(
     from birdstrike.doe.campaign.run import retry_before
     from birdstrike.doe.campaign.worker import worker_count
     from birdstrike.doe.designs.registry import refuse_seed
-    from birdstrike.inversion.diagnosis.diagnose import read_records
-    from birdstrike.inversion.diagnosis.inference.evidence import birds_apart
-    from birdstrike.inversion.observations.reader import Expected, read_record
+    from birdstrike.inversion.diagnosis.inference.bird_scatter import birds_apart
+    from birdstrike.inversion.diagnosis.records import read_records
+    from birdstrike.inversion.observations.expected import Expected
+    from birdstrike.inversion.observations.reader import read_record
     from birdstrike.solver.case.case import as_case
     from birdstrike.surrogate.inverse_network import refuse_unknown
 
@@ -356,7 +357,8 @@ def _inversion_inputs(plan: LoopPlan) -> Mapping[str, Any]:
 
 
 def _inversion(plan: LoopPlan, progress: Progress) -> None:
-    from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+    from birdstrike.inversion.extras import Extras
+    from birdstrike.inversion.train_and_invert import train_and_invert
 
     _remove_other_diagnosis(plan)
     train_and_invert(
@@ -406,7 +408,7 @@ def _diagnosis(plan: LoopPlan, progress: Progress) -> None:
     def counted() -> Iterator[Callable[[RunCounts], None]]:
         yield onwards(progress)
 
-    options = DiagnosisOptions(seed=plan.seed, workers=plan.workers, counter=counted, say=plan.say, retry=plan.retry)
+    options = DiagnosisOptions(seed=plan.seed, workers=plan.workers, counter=counted, retry=plan.retry)
     diagnose(
         plan.case,
         plan.measured,

@@ -104,7 +104,7 @@ def effects_digest() -> str:
 
     whole = hashlib.sha256()
     for name, effect in effects().items():
-        whole.update(f"{name} {effect.unit} {effect.meaning} {effect.group}".encode())
+        whole.update(f"{name} {effect.unit} {effect.meaning} {effect.family}".encode())
         functions = (effect.change, effect.size, effect.least, effect.refuses, effect.places, effect.alone)
         for function in filter(None, functions):
             whole.update(digest_of_function(function).encode())

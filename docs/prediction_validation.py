@@ -43,8 +43,8 @@ from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.audit.draws import BASELINE, SHOTS, SINGLE, Drawn, draw, truth_case
 from birdstrike.inversion.audit.truth_runs import noisy
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
-from birdstrike.inversion.diagnosis.inference.hypotheses import OF_SHOT
 from birdstrike.inversion.diagnosis.preparation import plan
+from birdstrike.inversion.extras import Extras
 from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, sensor_draws
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.predict import PredictOptions, prepared
@@ -52,7 +52,7 @@ from birdstrike.inversion.prediction.reading import read_learnt
 from birdstrike.inversion.prediction.sample import affordable, shares_of
 from birdstrike.inversion.prediction.sample import draw as draw_sample
 from birdstrike.inversion.results.diagnosis import NONE
-from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.solver.case.case import Case, case_from_table, load_case
 from birdstrike.solver.effects.registry import effects
 from tests.inversion.diagnosis.rig import PARTICLES, tiny
@@ -90,7 +90,7 @@ def at_speed(drawn: Drawn, speed: float, lattice: int, role: str = SHOTS[0]) -> 
     """The truth at a speed; an effect of a shot is drawn anew in every shot."""
     case, rng = declared(speed), np.random.default_rng([drawn.number, lattice])
     acting = {
-        label: rng.standard_normal() * effects()[label].size(case) if label in OF_SHOT else value
+        label: rng.standard_normal() * effects()[label].size(case) if effects()[label].scope == "shot" else value
         for label, value in drawn.effects.items()
     }
     acting = {k: abs(v) if k in effects() and effects()[k].one_sided(case) else v for k, v in acting.items()}

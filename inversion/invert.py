@@ -112,10 +112,7 @@ def invert(
     posterior = located.calibration.posterior
     verified = verify_all(dataset, proposals, forward, lambda f: report(0.3 + 0.7 * f))
     tested = verified if "emulator" in verified else {**verified, **_run_at_the_fit(located, forward)}
-    predictive = emulator_or_model(located.prior_predictive, _solver_error(located, tested), _q2(located.emulator))
-    if predictive.coarse and of_another_size(dataset, located.observations, choice.time_offset):
-        # The record is at fault, whatever the emulator's error.
-        predictive = replace(predictive, inside=False, coarse="")
+    predictive = _checked_by_solver(located, tested, dataset, choice)
     if predictive != located.prior_predictive:
         proposals = {m: not_identified(one, dataset, bool(predictive.coarse)) for m, one in proposals.items()}
         posterior = None
@@ -147,6 +144,16 @@ def invert(
         identifiability=identifiability_figures(located.calibration, choice.seed) if choice.analyse else None,
     )
     return InversionOutcome(inversion, located.observations, located.emulator, network, verified, posterior)
+
+
+def _checked_by_solver(
+    located: Located, tested: Mapping[str, VerificationRun], dataset: Dataset, choice: InversionOptions
+) -> PriorPredictive:
+    """Whether the record lies among the campaign's curves, once runs at the answers have shown the emulator's error."""
+    found = emulator_or_model(located.prior_predictive, _solver_error(located, tested), _q2(located.emulator))
+    if found.coarse and of_another_size(dataset, located.observations, choice.time_offset):
+        return replace(found, inside=False, coarse="")  # the record is at fault, whatever the emulator's error
+    return found
 
 
 def answer_of_network(

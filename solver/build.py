@@ -205,7 +205,7 @@ def aimed_at(case: Case) -> Array:
 
 def middle_of(case: Case) -> tuple[float, float]:
     """Middle in plan of what is struck, x and y [m]: the origin, but for a mesh from a file, which lies anywhere."""
-    if case.target is None or case.target.mesh is None:
+    if case.target is None or case.mesh_file is None:
         return 0.0, 0.0
     nodes = case.target.source.mesh().nodes
     x, y, _ = 0.5 * (nodes.min(axis=0) + nodes.max(axis=0))

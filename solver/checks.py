@@ -77,7 +77,7 @@ def shells_of(case: Case) -> str:
     """The key, or the file, by which the shells of a case are made smaller."""
     if case.target is None:
         return "plate.elements"
-    return "target.generator.element_size" if case.target.mesh is None else "the file of target.mesh"
+    return "target.generator.element_size" if case.mesh_file is None else "the file of target.mesh"
 
 
 def untouched(coupling: Coupling) -> str:

@@ -82,7 +82,7 @@ def free_target(case: Case) -> list[str]:
 def aimed_off(case: Case) -> list[str]:
     """A warning where the struck part of a mesh from a file lies away from the point that the bird is aimed at."""
     target = case.target
-    if target is None or target.mesh is None:
+    if target is None or case.mesh_file is None:
         return []
     from birdstrike.solver.sensors.places import place_in_space, point_at  # late: it brings in compiled kernels
 

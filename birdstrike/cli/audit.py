@@ -67,7 +67,7 @@ def command(
     from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
     from birdstrike.reports.page.audit import audit_markdown, write_audit_page
 
-    options = DiagnosisOptions(alpha=alpha, seed=seed, workers=workers, counter=campaign_bar, say=say, check=confirm)
+    options = DiagnosisOptions(alpha=alpha, seed=seed, workers=workers, counter=campaign_bar, check=confirm)
     made = make > 0 or make_forms > 0
     with progress_bar("records") as progress:
         content = audit(

@@ -137,9 +137,9 @@ def _bench(
     from birdstrike.data.storage.store import RunStore
     from birdstrike.doe.campaign.results import load_dataset
     from birdstrike.doe.campaign.run import retry_before
+    from birdstrike.inversion.campaign_shots import campaign_case
     from birdstrike.inversion.forward import StoredSolver
     from birdstrike.inversion.method_comparison import KnownCase
-    from birdstrike.inversion.train_and_invert import campaign_case
     from birdstrike.solver.case.sections import at
 
     dataset = load_dataset(doe)

@@ -101,7 +101,7 @@ def command(
     from birdstrike.solver.case.case import load_case
 
     options = DiagnosisOptions(
-        alpha, seed, workers, display=shown, counter=campaign_bar, say=say, refine=refinement_runs(refine)
+        alpha, seed, workers, display=shown, counter=campaign_bar, refine=refinement_runs(refine)
     )
     first = load_case(case, overrides(settings))
     cases = [first, *(load_case(one, overrides(settings)) for one in shot_case)]

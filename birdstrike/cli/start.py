@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
     from birdstrike.questions.answers import Answers, Question
     from birdstrike.questions.cost import Part
-    from birdstrike.questions.shot import Shot
+    from birdstrike.questions.shot import ShotAnswers
     from birdstrike.solver.case.case import Case
 
 ANSWERS, SECTIONS = "answers.toml", ("plate", "bird", "impact")
@@ -35,7 +35,7 @@ MOST_WARNINGS = 3
 class Begun:
     """A shot's folder: its files, and the case that they make."""
 
-    shot: Shot
+    shot: ShotAnswers
     out: Path
     case: Case
 
@@ -105,7 +105,7 @@ def begin(asked: Answers, out: Path | None, say: Callable[[str], None]) -> Begun
     return Begun(shot, folder, load_case(begun.case_file))
 
 
-def _consistent(asked: Answers) -> tuple[Shot, Case]:
+def _consistent(asked: Answers) -> tuple[ShotAnswers, Case]:
     """Answers that make a valid case; those that do not go together are asked again, or raise UserError."""
     import tomllib
 
@@ -127,7 +127,7 @@ def _consistent(asked: Answers) -> tuple[Shot, Case]:
             asked.forget(*(wrong or [key for key in asked.accepted if key[0] in SECTIONS]))
 
 
-def _concerns(key: tuple[str, ...], shot: Shot, text: str) -> bool:
+def _concerns(key: tuple[str, ...], shot: ShotAnswers, text: str) -> bool:
     """Whether an error of the case speaks of an answer."""
     if key[0] != "columns":
         return ".".join(key) in text

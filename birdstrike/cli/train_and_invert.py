@@ -125,7 +125,8 @@ def command(
 
     The folder campaign: birdstrike run-doe reference_strike --out campaign --runs 25
     """
-    from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+    from birdstrike.inversion.extras import Extras
+    from birdstrike.inversion.train_and_invert import train_and_invert
 
     extras = Extras(
         refine=refinement_runs(refine),
@@ -167,7 +168,7 @@ def command(
 
 def _neurons(text: str) -> int | None:
     """Hidden neurons; None for a search. Raises UserError."""
-    from birdstrike.inversion.train_and_invert import MOST_HIDDEN
+    from birdstrike.inversion.extras import MOST_HIDDEN
 
     if text == "search":
         return None

@@ -9,7 +9,7 @@ from typing import Any
 from birdstrike.data.paths import TEMPLATES
 from birdstrike.data.units import to_si
 from birdstrike.questions.answers import literal
-from birdstrike.questions.shot import Shot
+from birdstrike.questions.shot import ShotAnswers
 
 STANDOFF = "10 mm"
 """Flown before the first touch: the record's clock is moved so that both agree."""
@@ -24,7 +24,7 @@ _SOUGHT = "# What is sought"
 COMMENT_AT = 32  # column of the comments
 
 
-def case_text(shot: Shot) -> str:
+def case_text(shot: ShotAnswers) -> str:
     """A commented case that says every answer."""
     template = (TEMPLATES / "case.toml").read_text(encoding="utf-8")
     body = template[template.index("[plate]") :]
@@ -38,7 +38,7 @@ def case_text(shot: Shot) -> str:
     return head + with_values(above, values) + _sensors(shot) + with_values(below, {**values, **nuisance})
 
 
-def _end(shot: Shot) -> str:
+def _end(shot: ShotAnswers) -> str:
     """Contact and what is used of the response."""
     contact = to_si(STANDOFF, "m") / to_si(str(shot.values["impact.speed"]), "m/s")
     return f"{1e3 * (contact + to_si(shot.until, 's') + LATER):.2f} ms"
@@ -77,7 +77,7 @@ def _ended(lines: list[str], table: str, left: dict[str, Any]) -> list[str]:
     return [*lines[:last], *new, *lines[last:]]
 
 
-def _sensors(shot: Shot) -> str:
+def _sensors(shot: ShotAnswers) -> str:
     """The sensors of the record with the columns that they stand for, then the forces, which the report shows too."""
     found = ["# A sensor for every column of the record; at: from the plate's centre along length and width."]
     for name, column in shot.columns.items():

@@ -8,7 +8,7 @@ from scipy.signal import medfilt, savgol_filter
 from birdstrike.data.curves import Measured
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.observations.baseline import baseline_of
-from birdstrike.inversion.observations.noise import FEWEST_FOR_TEST, BeforeContact
+from birdstrike.inversion.observations.before_contact import FEWEST_FOR_TEST, BeforeContact
 from birdstrike.inversion.observations.raw import rest_until
 
 RISEN = 0.1

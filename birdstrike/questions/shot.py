@@ -98,7 +98,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Shot:
+class ShotAnswers:
     """All that was answered.
 
     values: dotted case key -> what the case file says; columns: sensor -> column of the file; contact: time of first
@@ -154,7 +154,7 @@ class Interview:
         check, allowed = of_choice(*choices)
         return self.ask(key, f"{text} ({allowed})", default, check, allowed)
 
-    def shot(self) -> Shot:
+    def shot(self) -> ShotAnswers:
         """The whole interview; raises UserError with all answers that cannot be."""
         try:
             shot = self._shot()
@@ -164,7 +164,7 @@ class Interview:
         self.answers.refuse()
         return shot
 
-    def _shot(self) -> Shot:
+    def _shot(self) -> ShotAnswers:
         """The questions in order; an answer that cannot be is kept for the end where nobody can correct it."""
         path = self.ask(
             ("record", "file"), "Measured file: CSV, text, TDMS, .mat, .xlsx, UFF58, binout", None, _readable
@@ -179,7 +179,7 @@ class Interview:
         check, allowed = of_count(5, 1000)
         runs = self.ask(("effort", "runs"), f"Effort: simulations of the campaign ({allowed})", 25, check, allowed)
         text = "Effort: look for an effect that the model lacks? (yes, no)"
-        return Shot(
+        return ShotAnswers(
             record=record,
             columns=columns,
             values=values,

@@ -193,7 +193,7 @@ def _scored(
     first = {one.case.read_text(encoding="utf-8"): i for i, (one, _) in reversed([*enumerate(asked)])}
     for i in sorted(first.values()):
         take(i, _answered_and_scored(names[i], *asked[i], place, options))
-    alone = replace(options, workers=1, display=no_display, counter=uncounted, say=warnings.warn)
+    alone = replace(options, workers=1, display=no_display, counter=uncounted)
     with process_pool(worker_count(options.workers)) as pool:
         rest = {
             pool.submit(_answered_and_scored, names[i], *task, place, alone): i

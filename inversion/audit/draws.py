@@ -17,9 +17,9 @@ from numpy.random import Generator
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
-from birdstrike.inversion.diagnosis.inference.hypotheses import OF_SHOT, family_of
+from birdstrike.inversion.diagnosis.inference.hypotheses import family_of
 from birdstrike.inversion.diagnosis.preparation.instrument import with_faults
-from birdstrike.inversion.diagnosis.preparation.plan import INSTRUMENT, OTHER_LATTICE, fits_a_label
+from birdstrike.inversion.diagnosis.preparation.plan import OTHER_LATTICE, fits_a_label
 from birdstrike.inversion.labels import label_parts
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw
@@ -119,9 +119,9 @@ def label_of(case: Case, rng: Generator) -> str:
     name = str(rng.choice(families[str(rng.choice(list(families)))]))
     if places := [one for one in effects()[name].places(case) if fits_a_label(one)]:
         return str(rng.choice([name, *(f"{name}.{place}" for place in places)]))
-    if name in INSTRUMENT:
-        return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able(case, name, case.sensors))]))
-    return f"{name}@{SHOTS[0]}" if name in OF_SHOT and rng.uniform() < 0.5 else name
+    if (fault := effects()[name].fault) is not None:
+        return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able(case, fault, case.sensors))]))
+    return f"{name}@{SHOTS[0]}" if effects()[name].scope == "shot" and rng.uniform() < 0.5 else name
 
 
 def name_of(label: str) -> str:
@@ -132,7 +132,8 @@ def name_of(label: str) -> str:
 def sensor_of(label: str) -> str:
     """The sensor in a label such as `sensor_gain.displacement_centre`; empty of other effects, of one set or of all."""
     name, place, _ = label_parts(label)
-    return place if name in INSTRUMENT else ""
+    effect = effects().get(name)
+    return "" if effect is None or effect.fault is None else place
 
 
 def _magnitude(case: Case, label: str, rng: Generator) -> float:

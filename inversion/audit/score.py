@@ -29,6 +29,7 @@ from birdstrike.inversion.audit.draws import (
 )
 from birdstrike.inversion.audit.records import NO_BASELINE, Truth
 from birdstrike.inversion.diagnosis.inference.hypotheses import family_of
+from birdstrike.inversion.diagnosis.preparation.discrepancy import matern52
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NONE, SOMETHING_ELSE
 from birdstrike.solver.case.case import Case
 
@@ -291,5 +292,5 @@ def covariance(time: Array, sigma: Sequence[float], error: Sequence[float], end:
     """White noise beside a Matern 5/2 process that has the rest of the stated variance."""
     noise, whole = np.asarray(sigma, dtype=float), np.asarray(error, dtype=float)
     rest = np.sqrt(np.maximum(whole**2 - noise**2, 0.0))
-    r = np.sqrt(5.0) * np.abs(time[:, None] - time) / (CORRELATION * end)
-    return np.diag(noise**2 + 1e-8 * whole**2) + rest[:, None] * rest * (1.0 + r + r**2 / 3.0) * np.exp(-r)
+    correlation = matern52(np.abs(time[:, None] - time) / (CORRELATION * end))
+    return np.diag(noise**2 + 1e-8 * whole**2) + rest[:, None] * rest * correlation

@@ -49,7 +49,8 @@ from birdstrike.inversion.audit.records import (
 )
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.case.write import case_toml
-from birdstrike.solver.effects.instrument import able
+from birdstrike.solver.effects.instrument import DRIFT, able
+from birdstrike.solver.effects.registry import effects
 
 Simulate = Callable[[Mapping[str, Case]], dict[str, Histories]]
 """Histories by label of those cases whose simulation succeeded."""
@@ -184,9 +185,9 @@ def _drifts(case: Case, drawn: Drawn, role: str) -> dict[str, float]:
         return {}
     found = {}
     for label, value in drawn.effects.items():
-        if name_of(label) == "sensor_drift":
+        if effects()[name_of(label)].fault is DRIFT:
             sensor = sensor_of(label)
-            those = (sensor,) if sensor else able(case, "sensor_drift", case.sensors)
+            those = (sensor,) if sensor else able(case, DRIFT, case.sensors)
             found.update(dict.fromkeys(those, value))
     return found
 

@@ -14,8 +14,10 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import estimate
-from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis, Suspect
-from birdstrike.inversion.diagnosis.inference.ranking import Fit, Ranking
+from birdstrike.inversion.diagnosis.inference.fit import Fit
+from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect, Hypothesis
+from birdstrike.inversion.diagnosis.inference.posterior import draws
+from birdstrike.inversion.diagnosis.inference.ranking import Ranking
 from birdstrike.inversion.diagnosis.preparation.responses import Response
 from birdstrike.inversion.diagnosis.preparation.setup import Setup
 from birdstrike.inversion.diagnosis.preparation.shots import Shot, setups_of
@@ -96,9 +98,9 @@ def _posterior(ranking: Ranking, shots: Sequence[Shot]) -> list[Table]:
 
 
 def _drawn(ranking: Ranking, label: str, shots: Sequence[Shot]) -> Table:
-    hypothesis, standing = ranking.models[label], ranking.standings[label]
-    tester = standing.fit.tester
-    parameters, found, nodes = tester.draws(standing.at_fit, DRAWS, np.random.default_rng(0))
+    hypothesis, assessment = ranking.models[label], ranking.assessments[label]
+    tester = assessment.fit.tester
+    parameters, found, nodes = draws(tester, assessment.at_fit, DRAWS, np.random.default_rng(0))
     birds = dict(zip(tester.system.names, np.split(parameters, len(tester.system.names), axis=1), strict=True))
     z = [np.clip(one.setup.plan.prior.place(birds[one.name]), one.setup.lows, one.setup.highs) for one in shots]
     h = np.array([np.clip(column, *one.limits) for one, column in zip(hypothesis.members, found.T, strict=True)])
@@ -158,7 +160,7 @@ def _discrepancy(ranking: Ranking) -> Table:
     }
 
 
-def _effect(one: Suspect) -> Table:
+def _effect(one: CandidateEffect) -> Table:
     """An effect where it acts; low, high: SI magnitudes that were looked at."""
     low, high = (one.magnitude(h) for h in one.limits)
     fault = one.fault

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,25 +10,31 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.progress import Display, no_display
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
-from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.diagnosis.conclusions.alarm import ALPHA, alarm, required_discrepancy
 from birdstrike.inversion.diagnosis.conclusions.answer import (
-    SIMULATION_SCATTER,
     curves,
     discrepancy_figures,
     effect_figures,
-    magnitude_of,
+    held_out_figures,
     noise_figures,
-    outside_range,
     pair_figures,
-    remainder_figures,
     simulation_counts,
+    something_else_figures,
     state,
-    unexplained,
     verdict_of,
+)
+from birdstrike.inversion.diagnosis.conclusions.answer_warnings import (
+    at_search_limit,
+    held_out_record_is_worse,
+    input_warnings,
+    is_fault,
+    not_explained,
+    predicts_no_better,
+    sensors_left_out,
+    too_close,
+    without_baseline,
 )
 from birdstrike.inversion.diagnosis.conclusions.baseline import (
     Baselines,
@@ -44,34 +49,25 @@ from birdstrike.inversion.diagnosis.conclusions.before_and_after import (
     hold_out,
     other_record,
     predicted_parts,
-    predicts_better,
     run_at,
 )
+from birdstrike.inversion.diagnosis.conclusions.birds import Birds
 from birdstrike.inversion.diagnosis.conclusions.next_measurement import propose
 from birdstrike.inversion.diagnosis.conclusions.power import gain, minimum_detectable
 from birdstrike.inversion.diagnosis.conclusions.solver_update import update
-from birdstrike.inversion.diagnosis.inference.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
-from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING, hypotheses, suspects
-from birdstrike.inversion.diagnosis.inference.ranking import Problem, Ranking, Standing, likelier, rank
+from birdstrike.inversion.diagnosis.inference.bird_scatter import AUTO, birds_apart
+from birdstrike.inversion.diagnosis.inference.fit import Problem, likelier
+from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING, candidate_effects, hypotheses
+from birdstrike.inversion.diagnosis.inference.ranking import Assessment, Ranking, rank
 from birdstrike.inversion.diagnosis.inference.system import Options as SystemOptions
 from birdstrike.inversion.diagnosis.model_file import model_table
-from birdstrike.inversion.diagnosis.preparation.discrepancy import (
-    STATED,
-    Amplitudes,
-    beside_baselines,
-    unknown_or_stated,
-)
+from birdstrike.inversion.diagnosis.preparation.discrepancy import Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.preparation.plan import RUNS
-from birdstrike.inversion.diagnosis.preparation.setup import Setup
-from birdstrike.inversion.diagnosis.preparation.shots import Shot, setups_of, unpredicted
-from birdstrike.inversion.estimation.mesh_correction import shells_of_a_file, unrefined_file
-from birdstrike.inversion.estimation.prior import conflicts
+from birdstrike.inversion.diagnosis.preparation.shots import Shot, setups_of
 from birdstrike.inversion.estimation.refinement import AUTO as REFINE_AUTO
-from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.results.diagnosis import (
     AMBIGUOUS,
     ATTRIBUTED,
-    LEVEL,
     NO_RESIDUAL,
     NONE,
     SOMETHING_ELSE,
@@ -92,10 +88,9 @@ class DiagnosisOptions:
     """How to diagnose.
 
     alpha: rate of false alarms; runs: of the coarse campaign; refine: runs of it that may be added near the fits, or
-    "auto"; retry: see Runner; check: whether the solver is run at
-    the fits before and after; baseline_bird: what is known of the bird of a baseline beside the shot's, one of
-    `evidence.BIRDS`, or `auto`, with which the records decide; magnitude_scale, remainder_scale, parameter_length: the
-    priors, for a sensitivity study.
+    "auto"; retry: see Runner; check: whether the solver is run at the fits before and after; baseline_bird: what is
+    known of the bird of a baseline beside the shot's, one of `bird_scatter.BIRDS`, or `auto`, with which the records
+    decide; magnitude_scale, remainder_scale, parameter_length: the priors, for a sensitivity study.
     """
 
     alpha: float = ALPHA
@@ -104,7 +99,6 @@ class DiagnosisOptions:
     runs: int = RUNS
     display: Display = no_display
     counter: Counter = uncounted
-    say: Callable[[str], None] = warnings.warn
     retry: float = 0.0
     check: bool = True
     magnitude_scale: float = 1.0
@@ -116,9 +110,7 @@ class DiagnosisOptions:
     def choices(self) -> dict[str, Any]:
         """Those that change an answer; the others say how it is made and shown."""
         return {
-            name: value
-            for name, value in vars(self).items()
-            if name not in ("workers", "display", "counter", "say", "retry")
+            name: value for name, value in vars(self).items() if name not in ("workers", "display", "counter", "retry")
         }
 
 
@@ -195,7 +187,7 @@ class Pipeline:
         shots = (*self.shots, *self.baselines.shots)
         meshes, known = mesh_shapes(shots), self._known(kinds_of(shots))
         options, apart = SystemOptions(self.options.parameter_length), birds_apart(self.options.baseline_bird)
-        found, scale = suspects(shots), self.options.magnitude_scale
+        found, scale = candidate_effects(shots), self.options.magnitude_scale
         if not self.baselines.shots:
             return Problem(shots, found, known, meshes, options, scale, apart).manageable()
         own = baseline_shapes(self.baselines.fits, meshes)
@@ -221,24 +213,9 @@ class Pipeline:
         shown = {kind: float(np.mean(shares)) for kind, shares in each.items() if shares}
         return beside_baselines(kinds, shown, len(found), stated, self.options.remainder_scale)
 
-    def _same_bird(self, ranking: Ranking) -> float | None:
-        """Probability that the birds of all shots, baselines included, are one; None of a single shot.
-
-        0 where the records contradict what was stated of them: an answer on a wrong premise attributes nothing.
-        """
-        if not self.several:
-            return None
-        return 0.0 if self.contradicted(ranking) else ranking.same_bird
-
-    @property
-    def several(self) -> bool:
-        """Whether there are shots whose birds may differ."""
-        return len(self.shots) + len(self.baselines.shots) > 1
-
-    def contradicted(self, ranking: Ranking) -> bool:
-        """Whether the records make what is stated of the birds unlikely."""
-        stated = self.options.baseline_bird
-        return self.several and stated != AUTO and ranking.birds[stated] < CONTRADICTED
+    def _birds(self, ranking: Ranking) -> Birds:
+        """What is known of the birds by a ranking."""
+        return Birds(ranking, self.options.baseline_bird, len(self.shots) + len(self.baselines.shots) > 1)
 
     def _chosen(self, ranking: Ranking, verdict: str) -> str | None:
         """The single effect whose case is written: the likeliest, where it is likelier than none."""
@@ -248,17 +225,17 @@ class Pipeline:
 
     def _decided(self, ranking: Ranking, p: float, heldout: Shot | None) -> _Decision:
         """The verdict by the probabilities, as far as what was held out bears it out."""
-        ahead, same_bird = ranking.ahead(_likeliest(ranking)), self._same_bird(ranking)
+        ahead, same_bird = ranking.ahead(_likeliest(ranking)), self._birds(ranking).same
         verdict = verdict_of(ranking.presence, p, self.options.alpha, ranking.confidence_set, same_bird, ahead)
         chosen = self._chosen(ranking, verdict)
-        required, fit_warnings = required_discrepancy(ranking), _close(ranking, chosen, ahead)
+        required, fit_warnings = required_discrepancy(ranking), too_close(ranking, chosen, ahead)
         ranking = ranking.refitted(chosen) if chosen else ranking
         runs, failed = self._checked(ranking, chosen)
         held = self._held_out(ranking, chosen, heldout, not of_another_bird(same_bird))
         if verdict == ATTRIBUTED and chosen and (against := self._against(ranking, chosen, held)):
             verdict, fit_warnings = AMBIGUOUS, [*fit_warnings, *against]
         if chosen and heldout is not None:
-            fit_warnings = [*fit_warnings, *_worse_held_out(chosen, held)]
+            fit_warnings = [*fit_warnings, *held_out_record_is_worse(chosen, held)]
         if chosen:
             held = {**held, chosen: predicted_parts(ranking.models[chosen].members[0], held[chosen])}
         return _Decision(
@@ -277,9 +254,9 @@ class Pipeline:
     def _against(self, ranking: Ranking, effect: str, held: Mapping[str, Sequence[Held]]) -> list[str]:
         """Warnings for all that keeps an effect, although it is by far the likeliest, from being attributed."""
         return [
-            *(_at_limit(ranking, effect) if _is_fault(ranking, effect) else ()),
-            *_not_explained(ranking, effect, self.shots),
-            *_unpredicted(ranking, effect, held),
+            *(at_search_limit(ranking, effect) if is_fault(ranking, effect) else ()),
+            *not_explained(ranking, effect, self.shots),
+            *predicts_no_better(ranking, effect, held),
         ]
 
     def _assembled(self, decision: _Decision, refinement: Mapping[str, Any]) -> Diagnosis:
@@ -304,13 +281,13 @@ class Pipeline:
             minimum_detectable=minimum_detectable(ranking, self.options.alpha),
             next_measurement=None if proposal is None else {**vars(proposal), "sentence": proposal.sentence},
             pairs=pair_figures(ranking),
-            remainder=remainder_figures(ranking),
+            remainder=something_else_figures(ranking),
             noise=noise_figures(self.shots, ranking),
             discrepancy=discrepancy_figures(ranking, chosen),
             nuisance={},
             baseline=self._baseline_figures(ranking),
             shots=tuple(decision.shot_states(one) for one in self.shots),
-            held_out=_side_by_side(decision.held, chosen),
+            held_out=held_out_figures(decision.held, chosen),
             case_after=None,
             strikes={
                 **simulation_counts(ranking, self.simulations, shot, runs, chosen),
@@ -366,7 +343,7 @@ class Pipeline:
         alone = replace(self, baselines=Baselines()).problem
         none = alone.refit(NOTHING, steps=3)
         models = {one.label: one for one in hypotheses(alone.found) if len(one.members) < 2}
-        without = Ranking(alone, models, {NONE: Standing.refitted(none)})
+        without = Ranking(alone, models, {NONE: Assessment.refitted(none)})
         rms: dict[str, float] = {}
         for shot, fit in self.baselines.fits.values():
             for channel, value in residual_rms(shot, fit).items():
@@ -375,216 +352,35 @@ class Pipeline:
             "shots": [shot.name.removeprefix("baseline ") for shot in self.baselines.shots],
             "residual_rms": rms,
             "gain": gain(ranking, without, self.options.alpha),
-            "same_bird": self._same_bird(ranking),
-            "bird": {
-                "stated": self.options.baseline_bird,
-                "records": ranking.birds,
-                "contradicted": self.contradicted(ranking),
-            },
+            "same_bird": self._birds(ranking).same,
+            "bird": self._birds(ranking).figures,
         }
-
-    def _of_birds(self, ranking: Ranking) -> list[str]:
-        """A warning where the birds are not what was stated, or not one, so that nothing is attributed."""
-        stated = self.options.baseline_bird
-        if not self.several:
-            if stated == AUTO:
-                return []
-            return [
-                f"the birds are stated to be alike or not ({stated}), but there is a single shot: the statement has no "
-                "effect; pass the record of the clean shot with --baseline"
-            ]
-        if self.contradicted(ranking):
-            birds = ranking.birds
-            likeliest = max(BIRDS, key=lambda name: birds[name])
-            return [
-                f"the records contradict what was stated of the birds ({stated}: probability {birds[stated]:.2g}; "
-                f"{likeliest}: {birds[likeliest]:.2f}): the effects rest on a wrong premise, so that none is "
-                "attributed; check the birds of all shots, or leave --baseline-bird at auto"
-            ]
-        if not of_another_bird(self._same_bird(ranking)):
-            return []
-        known = "as stated" if stated != AUTO else f"probability that they are: {ranking.same_bird:.2g}"
-        return [
-            f"the birds of the shots and baselines are not of one recipe ({known}): model error changes with the bird "
-            "and may be taken for an effect, so that an alarm means little and none is attributed; fire a baseline "
-            "with a bird of the shot's own recipe"
-        ]
 
     def _warnings(self, decision: _Decision) -> tuple[str, ...]:
         """The gravest first."""
         ranking, chosen = decision.ranking, decision.chosen
-        sentences = [
+        failed = [
             f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's"
             for label, reason in decision.failed.items()
         ]
-        sentences += [
+        lone = [] if self.baselines.shots else without_baseline(ranking, self.shots[0].setup.plan.case)
+        at_limit = at_search_limit(ranking, chosen) if chosen else ()
+        return (
+            *failed,
             *self.warnings,
-            *_left_out(setups_of(self.shots)),
-            *self._baseline_warnings(ranking),
-            *dict.fromkeys([*decision.fit_warnings, *(_at_limit(ranking, chosen) if chosen else ())]),
-        ]
-        lacking = dict.fromkeys(name for shot in self.shots for name in _not_carried(shot))
-        if lacking:
-            sentences.append(
-                f"inversion.nuisance of {', '.join(lacking)} is not carried: the case seeks or states the same "
-                "quantity as a parameter or an effect, or its simulations failed; the answer takes the declared value "
-                "as exact"
-            )
-        for shot in self.shots:
-            sentences += _prior_conflicts(shot, ranking, chosen or NONE)
-            sentences += _outside_ranges(shot, ranking, chosen or NONE)
-        sentences += shells_of_a_file(unrefined_file(shot.setup.plan.case) for shot in self.shots)
-        sentences += _lattices_lacking((*self.shots, *self.baselines.shots))
-        for shot in self.shots:
-            sentences += [f"{shot.name}: {line}" for line in shot.record.warnings]
-        return tuple(sentences)
-
-    def _baseline_warnings(self, ranking: Ranking) -> list[str]:
-        """What the baselines and their bird, or the want of them, mean for the answer."""
-        sentences = [*self.baselines.warnings]
-        if not self.baselines.shots and ranking.problem.known.source != STATED:
-            sentences.append(
-                "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "
-                "that only effects larger than the model error can be named; fire a shot in which nothing is changed "
-                "and pass it with --baseline"
-            )
-        case = self.shots[0].setup.plan.case
-        if not self.baselines.shots and case.solver.name == "external":
-            sentences.append(
-                f"{simulated_by(case)} is run on the declared mesh alone: its discretisation error is not measured and "
-                "may be taken for an effect; compare with a finer mesh by hand, or pass a shot in which nothing is "
-                "changed with --baseline, which shows it"
-            )
-        return [*sentences, *self._of_birds(ranking)]
-
-
-def _not_carried(shot: Shot) -> list[str]:
-    """Uncertain quantities that the shot's case states, and the answer does not carry."""
-    stated = {name for name, sigma in shot.setup.plan.case.inversion.nuisance.items() if sigma > 0.0}
-    return sorted(stated - set(shot.nuisances))
-
-
-def _prior_conflicts(shot: Shot, ranking: Ranking, model: str) -> list[str]:
-    """Warnings where a shot's parameters under a model contradict what its case states of them."""
-    space, prior = shot.setup.plan.space, shot.setup.plan.prior
-    if not prior.stated.any():
-        return []
-
-    def shown(i: int, z: float) -> str:
-        return quantity(float(space.to_physical(np.full((1, len(space.names)), z))[0, i]), space.units[i])
-
-    return conflicts(prior, space.names, *ranking.fits[model].interval(shot.name, len(space.names)), shown)
-
-
-def _outside_ranges(shot: Shot, ranking: Ranking, model: str) -> list[str]:
-    """A warning for each of a shot's parameters that a model has outside its range."""
-    space = shot.setup.plan.space
-    mean, _ = ranking.fits[model].interval(shot.name, len(space.names))
-    value = space.to_physical(mean[None])[0]
-    return [
-        f"{shot.name}: {plain(space.names[i], space.names)} of {quantity(float(value[i]), space.units[i])} would fit "
-        f"best, outside its range ({span(float(space.lows[i]), float(space.highs[i]), space.units[i])}): it is not "
-        "identified; widen the range if the material allows it, else look for what the case does not describe"
-        for i in np.flatnonzero(outside_range(mean))
-    ]
-
-
-def _left_out(setups: Sequence[Setup]) -> list[str]:
-    """A warning about sensors that are not used, once for all cases of which it says the same."""
-    cases: dict[str, list[str]] = {}
-    for one in setups:
-        if one.left_out:
-            cases.setdefault(unpredicted(one, one.left_out), []).append(one.plan.case.name)
-    return [f"{', '.join(names)}: {text}" for text, names in cases.items()]
-
-
-def _lattices_lacking(shots: Sequence[Shot]) -> list[str]:
-    """A warning for every case whose simulations on another lattice did not all finish."""
-    counts = [(one.plan.case.name, len(one.lattice_moves), len(one.plan.lattices())) for one in setups_of(shots)]
-    return [
-        f"{name}: {finished} of {wanted} simulations on another lattice finished; the intervals of parameters and "
-        "magnitudes hold too little of what the choice of a lattice moves"
-        for name, finished, wanted in counts
-        if finished < wanted
-    ]
+            *sensors_left_out(setups_of(self.shots)),
+            *self.baselines.warnings,
+            *lone,
+            *self._birds(ranking).warnings,
+            *dict.fromkeys([*decision.fit_warnings, *at_limit]),
+            *input_warnings(ranking, self.shots, self.baselines.shots, chosen or NONE),
+        )
 
 
 def _likeliest(ranking: Ranking) -> str:
     """The effect that is likeliest to be there, alone or beside another."""
     effects = (label for label in ranking.presence if label not in (NONE, SOMETHING_ELSE))
     return max(effects, key=lambda label: ranking.presence[label])
-
-
-def _close(ranking: Ranking, chosen: str | None, ahead: float) -> list[str]:
-    """A warning where the likeliest effect is not attributed because other simulations could turn its name."""
-    if chosen is None or ranking.presence[chosen] < LEVEL or ahead >= SIMULATION_SCATTER:
-        return []
-    return [
-        f"{chosen} is likeliest, but only by {ahead:.1f} in log evidence, which other simulations of the same "
-        f"effects could move by {SIMULATION_SCATTER:g}: nothing is attributed; diagnose again with another "
-        "--seed, add a shot or a sensor, and trust the name that stays"
-    ]
-
-
-def _at_limit(ranking: Ranking, effect: str) -> list[str]:
-    """A warning where the search for an effect's magnitude ended at the largest looked at."""
-    if not magnitude_of(ranking, effect)[2]:
-        return []
-    if _is_fault(ranking, effect):
-        return [
-            f"{effect}: the magnitude reaches the largest that was looked at, which is more than a sound instrument "
-            "does, so that it is not attributed: a sensor that died, or something that is not in the library, looks "
-            "like it; check the sensor, or leave it out (--channels)"
-        ]
-    return [
-        f"{effect}: the magnitude reaches the largest that was looked at: the true one may be larger, and only the end "
-        "of its interval towards 0 is known; or something that is not in the library looks like it; measure this "
-        "quantity at the rig"
-    ]
-
-
-def _is_fault(ranking: Ranking, effect: str) -> bool:
-    """Whether an effect is one of the instruments."""
-    return ranking.models[effect].members[0].fault is not None
-
-
-def _not_explained(ranking: Ranking, effect: str, shots: Sequence[Shot]) -> list[str]:
-    """A warning where the likeliest effect leaves much more of a record than all errors together."""
-    left = unexplained(ranking, effect, shots)
-    if left is None:
-        return []
-    return [
-        f"{effect} is likeliest, but with it the residual is still {left:.2g} times all errors together: nothing is "
-        "attributed; look at the curves for what it leaves"
-    ]
-
-
-def _unpredicted(ranking: Ranking, effect: str, held: Mapping[str, Sequence[Held]]) -> list[str]:
-    """A warning where the effect predicts what was held out no better than the model without it."""
-    if predicts_better(ranking.models[effect].members[0], held[NONE], held[effect]):
-        return []
-    return [
-        f"{effect} is likeliest, but it predicts what it was not fitted to (parts of the record, each sensor) no "
-        "better than the model without it: nothing is attributed; add a shot, a sensor, or a baseline with the shot's "
-        "own bird"
-    ]
-
-
-def _worse_held_out(effect: str, held: Mapping[str, Sequence[Held]]) -> list[str]:
-    """A warning where the effect predicts the record that the user held out worse; it is the last part.
-
-    An effect that one of several shots has for itself is not the held-out record's: only its bird is another with it.
-    """
-    before, after = held[NONE][-1], held[effect][-1]
-    if after.score >= before.score:
-        return []
-    wrong = "the effect is not what it is taken for"
-    reason = wrong if label_parts(effect)[2] else f"that shot has not the effect, or {wrong}"
-    return [
-        f"with {effect} the held-out record is predicted worse than without it (its residual is {after.error:.2f} and "
-        f"{before.error:.2f} times the errors that each model expects, its log density lower by "
-        f"{before.score - after.score:.2g} a point): {reason}"
-    ]
 
 
 def kinds_of(shots: Sequence[Shot]) -> tuple[str, ...]:
@@ -595,17 +391,3 @@ def kinds_of(shots: Sequence[Shot]) -> tuple[str, ...]:
 def _of_shot(runs: Mapping[str, SolverRun], shot: str) -> dict[str, SolverRun]:
     """`before` and `after` of one shot."""
     return {label.rsplit(" ", 1)[1]: run for label, run in runs.items() if label.rsplit(" ", 1)[0] == shot}
-
-
-def _side_by_side(held: Mapping[str, list[Held]], chosen: str | None) -> dict[str, dict[str, float | None]]:
-    """Part held out -> whitened RMS before and after, and the gain in log density a point."""
-    after = {one.name: one for one in held.get(chosen or "", [])}
-    found = {one.name: (one, after.get(one.name)) for one in held[NONE]}
-    return {
-        name: {
-            "before": old.error,
-            "after": new.error if new else None,
-            "gain": new.score - old.score if new else None,
-        }
-        for name, (old, new) in found.items()
-    }

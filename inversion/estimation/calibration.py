@@ -20,7 +20,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.coordinates import Box, Coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.whitening import Whitening, residual_correlation, widened
-from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN
+from birdstrike.inversion.observations.expected import FARTHEST_ORIGIN
 from birdstrike.inversion.results.fit import ResidualCorrelation
 
 CANDIDATES = 128

@@ -23,10 +23,10 @@ from birdstrike.inversion.estimation.posterior import Sampling, sample
 from birdstrike.inversion.estimation.prior import conflicts
 from birdstrike.inversion.estimation.time_origin import time_origin
 from birdstrike.inversion.estimation.unseen_drift import with_drift
+from birdstrike.inversion.observations.expected import stated_noise
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.observations.plausibility import implausible
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive
-from birdstrike.inversion.observations.reader import stated_noise
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.ingredients import DesignFigures
 from birdstrike.solver.case.case import Case

@@ -35,7 +35,7 @@ SCATTERS = (0.0, 0.003, 0.01, 0.02, 0.04, 0.08, 0.15)
 
 
 @dataclass(frozen=True)
-class Shot:
+class CampaignShot:
     """One record with the campaign and forward model of its case.
 
     options: its noise and time origin; columns: errors of its own (nuisances, mesh), None where it has none;
@@ -80,7 +80,7 @@ class Joint:
     known_errors: tuple[str, ...] = ()
 
     @classmethod
-    def alone(cls, shot: Shot) -> Joint:
+    def alone(cls, shot: CampaignShot) -> Joint:
         """A single shot."""
         own = shot.forward, shot.verified_by, shot.options, shot.columns, (), shot.known_errors
         return cls(shot.dataset, shot.measured, *own)
@@ -119,7 +119,7 @@ def suffix(number: int) -> str:
     return f"@{number + 1}" if number else ""
 
 
-def joined(shots: Sequence[Shot], origins: Sequence[tuple[float, bool]] | None = None) -> Joint:
+def joined(shots: Sequence[CampaignShot], origins: Sequence[tuple[float, bool]] | None = None) -> Joint:
     """The shots as one; raises UserError where their campaigns vary other parameters or points, or priors differ.
 
     origins: each shot's time origin [s] and whether its own model can make it, where that is known.
@@ -147,7 +147,7 @@ def joined(shots: Sequence[Shot], origins: Sequence[tuple[float, bool]] | None =
     )
 
 
-def _refuse_other_priors(shots: Sequence[Shot]) -> None:
+def _refuse_other_priors(shots: Sequence[CampaignShot]) -> None:
     """Raises UserError where the cases of shots that share the parameters state other priors of them."""
     first = shots[0].options.priors
     for shot in shots[1:]:
@@ -199,13 +199,13 @@ def _amplitudes(columns: Columns | None, share: float, emulator: Emulator) -> Co
     return more
 
 
-def own_origin(shot: Shot) -> tuple[float, bool]:
+def own_origin(shot: CampaignShot) -> tuple[float, bool]:
     """A shot's own time origin [s], and whether its own model can make it."""
     found = locate(shot.dataset, shot.measured, shot.options.fit_alone, None, silent, shot.columns)
     return found.origin.value, found.prior_predictive.inside
 
 
-def _dataset(shots: Sequence[Shot]) -> Dataset:
+def _dataset(shots: Sequence[CampaignShot]) -> Dataset:
     """One data set: the runs that every campaign finished, the channels of all."""
     first = shots[0].dataset
     for shot in shots[1:]:
@@ -272,7 +272,7 @@ def _measured(records: Sequence[Measured], offsets: Sequence[float]) -> Measured
     )
 
 
-def _columns(shots: Sequence[Shot], dataset: Dataset) -> Columns:
+def _columns(shots: Sequence[CampaignShot], dataset: Dataset) -> Columns:
     """Every shot's own columns on its own channels, and the clocks of all but the first."""
 
     def columns(observations: Observations, mode: Mode) -> Array:
@@ -282,7 +282,7 @@ def _columns(shots: Sequence[Shot], dataset: Dataset) -> Columns:
     return columns
 
 
-def _own(shot: Shot, number: int, observations: Observations, mode: Mode, dataset: Dataset) -> Array:
+def _own(shot: CampaignShot, number: int, observations: Observations, mode: Mode, dataset: Dataset) -> Array:
     """One shot's columns (points of its channels, s)."""
     mine = tuple(
         replace(c, name=c.name.removesuffix(suffix(number)))

@@ -7,7 +7,7 @@ import numpy as np
 from birdstrike.data.formatting import signed_ms
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
-from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN
+from birdstrike.inversion.observations.expected import FARTHEST_ORIGIN
 from birdstrike.inversion.results.fit import TimeOrigin
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 

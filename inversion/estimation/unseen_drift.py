@@ -17,12 +17,12 @@ from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.observations.autocorrelation import neighbour_correlation, uncorrelated
+from birdstrike.inversion.observations.baseline import FALSE_POSITIVES
 from birdstrike.inversion.observations.observations import Channel
 from birdstrike.inversion.results.fit import ResidualCorrelation
 
 SHARE = 0.05  # of the channel's peak by which a sensor drifts over the record (1 sigma), and by which it may be off
 FEWEST = 3  # points of a channel: through fewer a straight line always passes
-VAIN = 1e-3  # of the records without a drift in which the columns may gain as much in cost by chance
 
 BestFits = tuple[Mode, tuple[Mode, ...], ResidualCorrelation]
 
@@ -60,7 +60,7 @@ def with_drift(calibrator: Calibrator, found: BestFits, seed: int) -> tuple[Cali
 
 def by_chance(columns: int) -> float:
     """Gain in cost that so many nuisances in vain reach once in a thousand records: chi-square, a degree each."""
-    return float(chi2.isf(VAIN, columns))
+    return float(chi2.isf(FALSE_POSITIVES, columns))
 
 
 def drift_columns(channel: Channel) -> Array:

@@ -49,7 +49,8 @@ from birdstrike.inversion.models.results import (
 )
 from birdstrike.inversion.models.simulations import LatePool
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
-from birdstrike.inversion.observations.reader import Expected, read_record
+from birdstrike.inversion.observations.expected import Expected
+from birdstrike.inversion.observations.reader import read_record
 from birdstrike.solver.bird.model_names import is_model
 from birdstrike.solver.case.case import Case, CaseSource, as_case
 from birdstrike.solver.version import code_of

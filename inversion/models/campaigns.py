@@ -28,27 +28,17 @@ from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion import forward
 from birdstrike.inversion.estimation.answers.proposal import Calibration
 from birdstrike.inversion.estimation.calibration import Mode
-from birdstrike.inversion.estimation.known_errors import (
-    NuisanceRuns,
-    discrepancy_columns,
-    stated_discrepancy,
-)
+from birdstrike.inversion.estimation.known_errors import NuisanceRuns, discrepancy_columns, stated_discrepancy
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
-from birdstrike.inversion.estimation.shots import Joint, Shot
+from birdstrike.inversion.estimation.shots import CampaignShot, Joint
 from birdstrike.inversion.forward import Forward, StoredSolver
-from birdstrike.inversion.models.candidates import (
-    PREFIX,
-    Candidate,
-    calibrated_case,
-    literature_case,
-    refuse_invalid,
-)
+from birdstrike.inversion.models.candidates import PREFIX, Candidate, calibrated_case, literature_case, refuse_invalid
 from birdstrike.inversion.models.points import near_answer
 from birdstrike.inversion.models.scaled import NearestFinished, Scale, ScaledForward
 from birdstrike.inversion.models.simulations import LatePool, PlacedSolver, simulate_all
+from birdstrike.inversion.observations.expected import declared_drifts
 from birdstrike.inversion.observations.observations import Observations
-from birdstrike.inversion.observations.reader import declared_drifts
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.nuisances import case_nuisances
 from birdstrike.solver.case.sections import quantity_at
@@ -138,7 +128,7 @@ class ModelRuns:
         """Runs beside the campaigns'."""
         return RunStore(self.folder / "runs")
 
-    def campaigns(self, said: list[str]) -> list[Shot]:
+    def campaigns(self, said: list[str]) -> list[CampaignShot]:
         """Each shot's runs, at the same points, as a shot of the joint estimation."""
         shots = []
         for setup, case in zip(self.setups, self.cases, strict=True):
@@ -170,7 +160,7 @@ class ModelRuns:
         o = self.options
         return planned_design(o.design, self.scale.space, o.runs, o.seed, self.folder / setup.name)
 
-    def _shot(self, setup: ShotSetup, case: Case, dataset: Dataset, place: Path, said: list[str]) -> Shot:
+    def _shot(self, setup: ShotSetup, case: Case, dataset: Dataset, place: Path, said: list[str]) -> CampaignShot:
         dataset = replace(dataset, drifts=declared_drifts(case))
         stored = PlacedSolver(case, self.store, (RunStore(place / "runs"),), retry=self.retry)
         solver = ScaledForward(stored, self.scale)
@@ -186,7 +176,9 @@ class ModelRuns:
 
         known = columns if nuisances.nuisances or shares else None
         verifier = NearestFinished(solver, dataset, said.append)
-        return Shot(dataset, setup.measured, solver, options, known, campaign=place, verifier=verifier, case=case)
+        return CampaignShot(
+            dataset, setup.measured, solver, options, known, campaign=place, verifier=verifier, case=case
+        )
 
     def refined(self, joint: Joint, said: list[str]) -> tuple[Dataset, Emulator, int]:
         """Runs added about the best fit, all shots at each point, until the emulator is good enough there."""

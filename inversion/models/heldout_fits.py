@@ -12,7 +12,7 @@ import numpy as np
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.progress import silent
 from birdstrike.inversion.estimation.locate import locate
-from birdstrike.inversion.estimation.shots import Shot, joined, suffix
+from birdstrike.inversion.estimation.shots import CampaignShot, joined, suffix
 from birdstrike.inversion.models.campaigns import ModelRuns
 from birdstrike.inversion.models.error_terms import Discrepancy, with_discrepancy
 from birdstrike.inversion.models.points import residuals_of, time_blocks
@@ -42,7 +42,7 @@ class HeldOutFits:
 
     runs: ModelRuns
     dataset: Dataset
-    shots: Sequence[Shot]
+    shots: Sequence[CampaignShot]
     origins: Sequence[tuple[float, bool]]
     emulator: Emulator
     discrepancy: Discrepancy
@@ -94,7 +94,7 @@ class HeldOutFits:
         return HeldOut({f"{name}, third {i}": theta for i, theta in enumerate(thetas, 1)}, {name: together})
 
 
-def _part(dataset: Dataset, shot: Shot, number: int) -> Shot:
+def _part(dataset: Dataset, shot: CampaignShot, number: int) -> CampaignShot:
     """A shot with its part of the joint runs, those near the answer included."""
     own = {name: dataset.curves[name + suffix(number)] for name in shot.dataset.curves}
     units = {name: dataset.channel_units[name + suffix(number)] for name in shot.dataset.curves}

@@ -24,7 +24,7 @@ from birdstrike.data.storage.files import write_json
 from birdstrike.inversion.diagnosis.preparation.discrepancy import LEAST
 from birdstrike.inversion.estimation.locate import Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling
-from birdstrike.inversion.estimation.shots import Joint, Shot, joined, own_origin, suffix
+from birdstrike.inversion.estimation.shots import CampaignShot, Joint, joined, own_origin, suffix
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import InversionOutcome, invert, measured_figures
 from birdstrike.inversion.models.campaigns import ModelRuns
@@ -159,7 +159,9 @@ class ModelFit:
             share = 0.0
         return share, found[share]
 
-    def _optimised(self, shots: Sequence[Shot], clocks: Sequence[float], said: list[str]) -> dict[str, Optimised]:
+    def _optimised(
+        self, shots: Sequence[CampaignShot], clocks: Sequence[float], said: list[str]
+    ) -> dict[str, Optimised]:
         """What each optimiser reaches; one without an answer is a warning, as the calibration does not need it."""
         found: dict[str, Optimised] = {}
         for name in self.runs.options.optimisers:
@@ -172,7 +174,7 @@ class ModelFit:
                 )
         return found
 
-    def _reached(self, name: str, shots: Sequence[Shot], clocks: Sequence[float]) -> Optimised:
+    def _reached(self, name: str, shots: Sequence[CampaignShot], clocks: Sequence[float]) -> Optimised:
         """What an optimiser with the solver in the loop reaches on the same records."""
 
         def residuals(values: Mapping[str, float]) -> Array:
@@ -196,14 +198,14 @@ class ModelFit:
         return optimised(name, problem)
 
     def _errors(
-        self, shots: Sequence[Shot], clocks: Sequence[float], runs: Sequence[Histories | None]
+        self, shots: Sequence[CampaignShot], clocks: Sequence[float], runs: Sequence[Histories | None]
     ) -> dict[str, ShotError]:
         """Of the shots that have a simulation."""
         each = zip(self.runs.setups, shots, clocks, runs, strict=True)
         return {setup.name: shot_errors(shot, run, t0) for setup, shot, t0, run in each if run is not None}
 
     def _verified(
-        self, shots: Sequence[Shot], clocks: Sequence[float], outcome: InversionOutcome
+        self, shots: Sequence[CampaignShot], clocks: Sequence[float], outcome: InversionOutcome
     ) -> dict[str, ShotError]:
         """Of the joint answer, shot by shot."""
         answer = outcome.inversion.methods["emulator"]
@@ -244,7 +246,7 @@ class ModelFit:
             for i, setup in enumerate(self.runs.setups)
         }
 
-    def _strikes(self, added: int, shots: Sequence[Shot], published: Sequence[object]) -> dict[str, int]:
+    def _strikes(self, added: int, shots: Sequence[CampaignShot], published: Sequence[object]) -> dict[str, int]:
         """Simulations of each shot: campaign, runs near the answer, nuisances, verification, held out, published."""
         heldout = 1 if len(shots) > 1 else BLOCKS
         found = {}

@@ -12,12 +12,12 @@ from birdstrike.inversion.estimation.coordinates import Coordinates
 from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.locate import Located
 from birdstrike.inversion.estimation.refinement import WIDER
-from birdstrike.inversion.estimation.shots import Shot
+from birdstrike.inversion.estimation.shots import CampaignShot
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.models.ranking import shot_error
 from birdstrike.inversion.models.results import ShotError
+from birdstrike.inversion.observations.expected import FARTHEST_ORIGIN, Expected
 from birdstrike.inversion.observations.observations import Observations, observed
-from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN, Expected
 
 
 def near_answer(located: Located, points: int, seed: int) -> Array:
@@ -51,7 +51,7 @@ def linearised_draws(located: Located, draws: int, rng: np.random.Generator) -> 
     return np.array(rows)
 
 
-def yardstick(shot: Shot) -> Observations:
+def yardstick(shot: CampaignShot) -> Observations:
     """The record's points with the noise by which the errors of all models are divided.
 
     By the record and the case alone, when nothing has moved yet and what scatters: the runs of each model have their
@@ -61,13 +61,13 @@ def yardstick(shot: Shot) -> Observations:
     return observed(shot.measured, replace(expected, rest_until=at_rest_until(shot), runs=None))
 
 
-def at_rest_until(shot: Shot) -> float:
+def at_rest_until(shot: CampaignShot) -> float:
     """Instant [s] of the record before which nothing moves, by the case: contact at the earliest possible clock."""
     assert shot.case is not None, "a comparison of models has its cases"
     return shot.case.first_contact - FARTHEST_ORIGIN * shot.options.time_offset
 
 
-def time_blocks(shot: Shot, blocks: int) -> Array:
+def time_blocks(shot: CampaignShot, blocks: int) -> Array:
     """(blocks + 1,) instants [s] that cut a record into equal times, the same for every model.
 
     A model's fitted time origin has no part in it: models would be compared by different points.
@@ -78,13 +78,13 @@ def time_blocks(shot: Shot, blocks: int) -> Array:
 
 
 def residuals_of(
-    shot: Shot, run: Histories, t0: float, window: tuple[float, float] | None = None
+    shot: CampaignShot, run: Histories, t0: float, window: tuple[float, float] | None = None
 ) -> dict[str, tuple[float, ...]]:
     """Channel -> (simulation less record) over noise, at the record's points (in a window of its clock)."""
     return _over_noise(yardstick(shot), run, t0, window)
 
 
-def shot_errors(shot: Shot, run: Histories, t0: float) -> ShotError:
+def shot_errors(shot: CampaignShot, run: Histories, t0: float) -> ShotError:
     """Errors of a simulation against a shot's record."""
     observations = yardstick(shot)
     parts = observations.split(stacked(run, observations, t0))

@@ -35,10 +35,13 @@ class Found:
 
 @dataclass(frozen=True)
 class Kind:
-    """Lines that say the same of several models, shots or channels. pattern: of a line; told: of all of them as one."""
+    """Lines that say the same of several models, shots or channels.
+
+    pattern: of a line; summary: of all of them as one.
+    """
 
     pattern: re.Pattern[str]
-    told: Callable[[Sequence[Found]], str]
+    summary: Callable[[Sequence[Found]], str]
 
 
 def summarised(lines: Mapping[str, Iterable[str]]) -> tuple[str, ...]:
@@ -51,7 +54,7 @@ def summarised(lines: Mapping[str, Iterable[str]]) -> tuple[str, ...]:
                 others.setdefault(line, []).append(model)
             else:
                 kinds.setdefault(kind, []).append(Found(model, line, met.groupdict()))
-    grave, minor = ([kind.told(kinds[kind]) for kind in part if kind in kinds] for part in (GRAVE, MINOR))
+    grave, minor = ([kind.summary(kinds[kind]) for kind in part if kind in kinds] for part in (GRAVE, MINOR))
     return (*grave, *(f"{listing(models, MOST_MODELS)}: {line}" for line, models in others.items()), *minor)
 
 
@@ -63,13 +66,13 @@ def warnings_of(models: Mapping[str, ModelAnswer], ranking: Sequence[str]) -> di
     """
     first_fits = bool(ranking) and not misses(models[ranking[0]].expected_95)
 
-    def told(one: ModelAnswer) -> tuple[str, ...]:
+    def own(one: ModelAnswer) -> tuple[str, ...]:
         if one.failure:
             return (f"no answer: {one.failure}",)
         unreliable = first_fits and misses(one.expected_95)
         return tuple(line for line in one.warnings if not (unreliable and IMPLAUSIBLE_RECORD.search(line)))
 
-    return {name: told(one) for name, one in models.items()}
+    return {name: own(one) for name, one in models.items()}
 
 
 def _no_answer(found: Sequence[Found]) -> str:
@@ -255,8 +258,8 @@ def _counted(counts: Mapping[str, int]) -> str:
 
 def _emulators(found: Iterable[Found]) -> str:
     """ "emulator of null", "emulators of null and elastic"."""
-    told = list(found)
-    return f"emulator{'s' if len({one.model for one in told}) > 1 else ''} of {_models(told)}"
+    every = list(found)
+    return f"emulator{'s' if len({one.model for one in every}) > 1 else ''} of {_models(every)}"
 
 
 def _are(count: int) -> str:

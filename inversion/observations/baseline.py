@@ -19,7 +19,7 @@ from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 LINE, WITH_HUM = 2, 4  # terms, each a degree of freedom, of the straight line before contact, and with the mains' hum
 CLEAR = 4.0  # standard deviations from which a term is there
-VAIN = 1e-3  # of the records of correlated noise in which a term may be as large by chance
+FALSE_POSITIVES = 1e-3  # share of the records without a term of the baseline in which chance alone shows one
 SEEN = 2.0  # standard deviations from which a bend counts as possible
 MAINS = (50.0, 60.0)  # [Hz]
 WHOLE_PERIODS = 0.8  # of the mains that the record before contact must span for its hum to be fitted
@@ -147,7 +147,7 @@ def _beside_noise(times: Array, values: Array, frequency: float, gain: float) ->
     phase = 2.0 * np.pi * frequency * float(np.median(np.diff(times)))
     shape = (1.0 - noise.r**2) / (1.0 - 2.0 * noise.r * np.cos(phase) + noise.r**2)
     density = shape * _squares(residual) / counting_points(n, WITH_HUM, noise)
-    return gain > 2.0 * density * float(f_distribution.isf(VAIN, 2, density_freedom(n, noise.of_mean)))
+    return gain > 2.0 * density * float(f_distribution.isf(FALSE_POSITIVES, 2, density_freedom(n, noise.of_mean)))
 
 
 def _left(times: Array, values: Array, frequency: float) -> Array:
@@ -182,7 +182,7 @@ def baseline_of(
     hum: frequency of the mains [Hz], 0 without; rounding: standard deviation of a digitiser's rounding that the noise
     does not average out, SI; freedom: degrees of freedom behind `worth` where it is that of correlated noise.
     """
-    limit = max(CLEAR, float(student.isf(VAIN / 2.0, freedom)))
+    limit = max(CLEAR, float(student.isf(FALSE_POSITIVES / 2.0, freedom)))
     for count in (4, 2, 1) if hum else (2, 1):
         middle = float(times.mean())
         rows = terms(times, count, hum if count == 4 else 0.0, middle)

@@ -22,14 +22,8 @@ from birdstrike.data.formatting import listing
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.baseline import Baseline
 from birdstrike.inversion.observations.clock import grid_step, off_grid, rounding_tolerance
-from birdstrike.inversion.observations.filters import (
-    CLASSES,
-    CORNER,
-    ModelFilter,
-    reach,
-    refuse_long_reach,
-    zero_phase,
-)
+from birdstrike.inversion.observations.expected import ROUNDING, Expected, first_motion
+from birdstrike.inversion.observations.filters import CLASSES, CORNER, ModelFilter, reach, refuse_long_reach, zero_phase
 from birdstrike.inversion.observations.noise import DIGITISER
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.observations.reader import (
@@ -39,11 +33,8 @@ from birdstrike.inversion.observations.reader import (
     FROZEN,
     HELD,
     OUTLIER,
-    ROUNDING,
     SATURATED,
     ChannelRecord,
-    Expected,
-    first_motion,
     read_record,
 )
 

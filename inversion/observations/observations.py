@@ -13,8 +13,9 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.autocorrelation import density_freedom, hidden_tau, neighbour_correlation
+from birdstrike.inversion.observations.expected import Expected
 from birdstrike.inversion.observations.noise import DIGITISER
-from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord, Expected, read_record
+from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord, read_record
 
 
 @dataclass(frozen=True)

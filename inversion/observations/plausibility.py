@@ -16,8 +16,8 @@ from birdstrike.data.formatting import plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.data.units import rounded
 from birdstrike.inversion.misfit import rms
+from birdstrike.inversion.observations.expected import FARTHEST_ORIGIN
 from birdstrike.inversion.observations.observations import Channel, Observations
-from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN
 
 ALIKE = 0.8  # correlation of two curves that have the same shape
 UNLIKE = 0.5

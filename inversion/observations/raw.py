@@ -11,8 +11,9 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
-from birdstrike.inversion.observations.noise import FEWEST_FOR_LEVEL
-from birdstrike.inversion.observations.reader import ChannelRecord, Expected, read_record
+from birdstrike.inversion.observations.before_contact import FEWEST_FOR_LEVEL
+from birdstrike.inversion.observations.expected import Expected
+from birdstrike.inversion.observations.reader import ChannelRecord, read_record
 
 BEGINNING = 20  # points from which the scatter at rest is taken
 MEAN = 5  # points whose mean leaves the rest

@@ -115,17 +115,19 @@ class Prediction(Displayed):
         Raises UserError for files that are missing, damaged or of another version.
         """
         file = file_in(path, RESULT)
-        told = read_json(file)
-        told.pop("schema_version", None)
+        content = read_json(file)
+        content.pop("schema_version", None)
         try:
             table = read_histories(file.with_name(TABLE))
-            told |= {
-                "reach": {name: Reach(**one) for name, one in told["reach"].items()},
-                "limits": {name: Limit(**one) for name, one in told["limits"].items()},
-                "explanations": tuple(AveragedExplanation(**one) for one in told["explanations"]),
-                "bands": {name: _band(table, name, one["unit"], told) for name, one in told["peaks"].items()},
+            content |= {
+                "reach": {name: Reach(**one) for name, one in content["reach"].items()},
+                "limits": {name: Limit(**one) for name, one in content["limits"].items()},
+                "explanations": tuple(AveragedExplanation(**one) for one in content["explanations"]),
+                "bands": {name: _band(table, name, one["unit"], content) for name, one in content["peaks"].items()},
             }
-            values: dict[str, Any] = {name: tuple(one) if isinstance(one, list) else one for name, one in told.items()}
+            values: dict[str, Any] = {
+                name: tuple(one) if isinstance(one, list) else one for name, one in content.items()
+            }
             return cls(**values)
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
             raise UserError(
@@ -181,9 +183,9 @@ def _column(sensor: str, unit: str, suffix: str) -> str:
     return f"{f'{sensor}_{unit}'.rstrip('_')}_{suffix}"
 
 
-def _band(table: Histories, sensor: str, unit: str, told: Mapping[str, Any]) -> Band:
+def _band(table: Histories, sensor: str, unit: str, content: Mapping[str, Any]) -> Band:
     """A sensor's band as prediction.csv has it; of the kinds only a displacement is known, which has a residual."""
-    kind = "displacement" if sensor in told["residual"] else ""
+    kind = "displacement" if sensor in content["residual"] else ""
     return Band(unit, kind, table.time, {key: table.channels[_column(sensor, unit, key)] for key in QUANTILES})
 
 
@@ -199,8 +201,8 @@ def tearing_words(torn: Mapping[str, Any]) -> str:
     if not torn.get("modelled", True):
         return "tearing is not modelled: the case states no failure strain, or another program simulates it"
     low, high = torn["interval_95"]
-    told = f"probability {torn['probability']:.2g} (95 %: {low:.2g} .. {high:.2g})"
-    return f"the plate tears: {told}, from {torn['simulations']} simulations"
+    share = f"probability {torn['probability']:.2g} (95 %: {low:.2g} .. {high:.2g})"
+    return f"the plate tears: {share}, from {torn['simulations']} simulations"
 
 
 def limit_words(name: str, one: Limit) -> str:

@@ -16,27 +16,13 @@ import numpy as np
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing, quantity
 from birdstrike.inversion.conditions import same_structure
-from birdstrike.inversion.diagnosis.inference.hypotheses import OF_SHOT
 from birdstrike.inversion.diagnosis.preparation.instrument import instrument_effects
-from birdstrike.inversion.diagnosis.preparation.plan import INSTRUMENT
 from birdstrike.inversion.prediction.distance import other_rig
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.sections import quantity_at
 from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 
-OF_PLATE = (
-    "plate_thickness",
-    "plate_modulus",
-    "plate_density",
-    "plate_yield",
-    "plate_hardening",
-    "plate_rate_hardening",
-    "rivet_strength",
-)
-"""Effects that another plate need not have."""
-OF_BIRD = ("bird_friction", "bird_porosity")
-"""Effects of the bird's substance, whatever it strikes."""
 CARRIED, ANEW, DROPPED = "carried", "drawn anew", "left behind"
 SAME_PLACE = 1e-6  # m
 PLACE = {"at", "point", "noise"}
@@ -75,14 +61,14 @@ def carried_effects(learnt: Learnt, case: Case, left_out: Sequence[str] = ()) ->
             errors.append(f"effect {name} is not in the library: load the package or script that registers it first")
             continue
         one = _carried(label, name, size, learnt, case)
-        if name not in INSTRUMENT and (reason := effect_named(name).refuses(case)):
+        if (effect := effect_named(name)).fault is None and (reason := effect.refuses(case)):
             errors.append(
                 f"{case.name} cannot carry {label}, which {learnt.folder} found: {reason}; give a case with that part, "
                 f"or leave it behind with --leave-behind {label}"
             )
         found[label] = one
-    told = {name for one in found.values() for name in (one.label, one.name, kind_of(one.name))}
-    unknown = [name for name in left_out if name not in told]
+    named = {name for one in found.values() for name in (one.label, one.name, kind_of(one.name))}
+    unknown = [name for name in left_out if name not in named]
     errors += [
         f"--leave-behind {name}: no explanation holds it; they hold {', '.join(found) or 'no effect'}"
         for name in unknown
@@ -103,20 +89,20 @@ def _members(explanations: Sequence[Explanation]) -> list[tuple[str, str, float]
 
 
 def _carried(label: str, name: str, size: float, learnt: Learnt, case: Case) -> Carried:
-    if name in INSTRUMENT and name != "time_offset":
+    effect = effect_named(name)
+    if effect.scope == "sensor":
         faults = {one.label: one.sensors for one in instrument_effects(learnt.case, learnt.sensors)}
         there = tuple(s for s in faults.get(label, ()) if s in case.sensors and same_sensor(learnt.case, case, s))
         how = CARRIED if there else DROPPED
-        return Carried(label, name, how, size, there, name == "sensor_bandwidth")
-    if name == "time_offset":
+        return Carried(label, name, how, size, there, effect.one_sided(case))
+    if effect.fault is not None:
         return Carried(label, name, ANEW, size, tuple(case.sensors), False)
-    effect = effect_named(name)
     sided = not effect.refuses(case) and effect.one_sided(case)
-    if name in OF_SHOT:
+    if effect.scope == "shot":
         return Carried(label, name, ANEW, size, (), sided)
-    if name in OF_BIRD:
+    if effect.scope == "bird":
         return Carried(label, name, CARRIED, size, (), sided)
-    same = same_structure(case, learnt.case) if name in OF_PLATE else not other_rig(learnt.case, case)
+    same = same_structure(case, learnt.case) if effect.scope == "plate" else not other_rig(learnt.case, case)
     own = size if same or effect.refuses(case) else effect.size(case)
     return Carried(label, name, CARRIED if same else ANEW, own, (), sided)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array, side_of
-from birdstrike.inversion.diagnosis.preparation.instrument import AS_IT_IS, change
+from birdstrike.inversion.diagnosis.preparation.instrument import fault_named
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.campaign import Campaign
 from birdstrike.inversion.prediction.carry_over import ANEW, Carried, same_sensor
@@ -17,6 +17,7 @@ from birdstrike.inversion.prediction.discrepancy import realisations
 from birdstrike.inversion.prediction.distance import Distance
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.sample import EFFECT, Sample, Tolerance
+from birdstrike.solver.effects.fault import AS_IT_IS
 from birdstrike.surrogate.emulator import CurveEmulator
 
 DRAWS = 2000
@@ -197,7 +198,7 @@ def _faulty(setting: Setting, sample: Sample, name: str, curves: Array) -> Array
         if name not in one.sensors:
             continue
         for i in np.flatnonzero(sizes):
-            found[i] += change(one.name, float(sizes[i]), setting.campaign.time, curves[i], instrument)
+            found[i] += fault_named(one.name).change(float(sizes[i]), setting.campaign.time, curves[i], instrument)
     return found
 
 

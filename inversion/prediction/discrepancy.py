@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.preparation.discrepancy import UNSEEN, remainder, started
+from birdstrike.inversion.diagnosis.preparation.discrepancy import UNSEEN, repeatability, started
 from birdstrike.inversion.prediction.distance import Distance
 from birdstrike.inversion.prediction.learnt import Explanation, SensorError
 
@@ -53,7 +53,7 @@ def realisations(
     add, as a share of the peak.
     """
     shared = one.amplitude.get(kind, np.full(len(one.parameters), UNKNOWN_SHARE))[rows]
-    own = one.own.get(kind, np.full(len(one.parameters), remainder(kind)))[rows]
+    own = one.own.get(kind, np.full(len(one.parameters), repeatability(kind)))[rows]
     known = [(i, error) for i, error in enumerate(errors) if error is not None and one.label in error.residual]
     if known:
         excess = float(np.mean([error.excess(one.label) for _, error in known]))

@@ -14,7 +14,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.data.storage.tree import load_tree
 from birdstrike.doe.campaign.folder import stored_case
-from birdstrike.inversion.diagnosis.preparation.discrepancy import remainder
+from birdstrike.inversion.diagnosis.preparation.discrepancy import repeatability
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError, unseen_parts
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE, Diagnosis
@@ -83,7 +83,7 @@ def _explanation(one: Tree, model: Tree, shape: Tree) -> Explanation:
         sizes=tuple(one["sizes"]),
         magnitudes=np.asarray(one["magnitudes"]).reshape(n, len(one["members"])),
         amplitude={kind: shared for kind, (shared, _) in parts.items()},
-        own={kind: np.maximum(own, remainder(kind)) for kind, (_, own) in parts.items()},
+        own={kind: np.maximum(own, repeatability(kind)) for kind, (_, own) in parts.items()},
     )
 
 

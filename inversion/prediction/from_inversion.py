@@ -52,7 +52,7 @@ def read_inversion(folder: Path) -> Learnt:
         lacking = ", ".join(missing) if missing else "a verified answer"
         raise UserError(f"--from {folder}: it lacks {lacking}; repeat train-and-invert with the campaign's case")
     first = stored_case(folder)
-    cases, told = _cases(folder, first, found)
+    cases, warned = _cases(folder, first, found)
     table = read_own_table(folder / "verification.csv", ["time_s"], AGAIN)
     method = _method(folder, found, table)
     shots = [
@@ -74,23 +74,23 @@ def read_inversion(folder: Path) -> Learnt:
         corrected=bool(found.mesh_correction),
         diagnosed=False,
         said=(said, effects),
-        warnings=(*told, *warnings),
+        warnings=(*warned, *warnings),
     )
 
 
 def _cases(folder: Path, first: Case, found: Inversion) -> tuple[list[tuple[int, Case]], list[str]]:
     """Number and case of each shot, and a warning for each whose case is not to be had as it was inverted with."""
-    cases, told = [(0, first)], list[str]()
+    cases, warned = [(0, first)], list[str]()
     for i, shot in enumerate(found.shots[1:], start=1):
         held = (one for one in _candidates(folder, first, i) if shot.case_hash in ("", case_hash(one)))
         if (case := next(held, None)) is not None:
             cases.append((i, case))
             continue
-        told.append(
+        warned.append(
             f"the case of shot {i + 1} (hash {shot.case_hash}) is gone or was edited: its record is left out of the "
             f"distance and the model error; repeat train-and-invert, which keeps it as {folder / case_file(i + 1)}"
         )
-    return cases, told
+    return cases, warned
 
 
 def _candidates(folder: Path, first: Case, number: int) -> Iterator[Case]:

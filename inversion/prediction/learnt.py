@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.preparation.discrepancy import OWN_SHARE, remainder
+from birdstrike.inversion.diagnosis.preparation.discrepancy import OWN_SHARE, repeatability
 from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
 from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
@@ -166,9 +166,9 @@ def amplitudes(
     for shot in shots:
         for name, error in shot.errors.items():
             size = stated[name] if name in stated else float(np.sqrt(error.excess(label)))
-            sizes.setdefault(error.kind, []).append(max(size, remainder(error.kind)))
+            sizes.setdefault(error.kind, []).append(max(size, repeatability(error.kind)))
     found = {kind: rms(own) * KNOWN_TO ** rng.standard_normal(n) for kind, own in sizes.items()}
-    parts = {kind: unseen_parts(size, np.full(n, remainder(kind))) for kind, size in found.items()}
+    parts = {kind: unseen_parts(size, np.full(n, repeatability(kind))) for kind, size in found.items()}
     return {kind: shared for kind, (shared, _) in parts.items()}, {kind: own for kind, (_, own) in parts.items()}
 
 

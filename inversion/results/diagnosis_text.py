@@ -168,8 +168,8 @@ def _named(found: Diagnosis, name: str) -> str:
     if "+" in name:
         return f"{' with '.join(map(in_words, name.split('+')))} {share}"
     size = magnitude_words(found.named(name))
-    told = {NONE: "no missing effect", SOMETHING_ELSE: "something outside the library"}.get(name, in_words(name))
-    return f"{told} {size} {share}" if size else f"{told} {share}"
+    shown = {NONE: "no missing effect", SOMETHING_ELSE: "something outside the library"}.get(name, in_words(name))
+    return f"{shown} {size} {share}" if size else f"{shown} {share}"
 
 
 def _errors(found: Diagnosis) -> str:

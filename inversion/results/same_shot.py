@@ -40,9 +40,9 @@ def shot_difference(inversion: Path, diagnosis: Path) -> str:
     Of a diagnosis of several shots one must be of the inversion's record, and its case that of the inversion; baselines
     and the held-out record do not count. What cannot be read differs in nothing: its reader will say so.
     """
-    answer, told = _content(inversion / "inversion.json"), _content(diagnosis / RESULT)
-    own, names = _inverted(answer), list(told.get("record", {}).get("shots", []))
-    shots = _shots(told, len(names))
+    answer, diagnosed = _content(inversion / "inversion.json"), _content(diagnosis / RESULT)
+    own, names = _inverted(answer), list(diagnosed.get("record", {}).get("shots", []))
+    shots = _shots(diagnosed, len(names))
     number = next((i for i, one in enumerate(shots) if not own.differs(one)), None)
     if number is None and shots and len(shots) == len(names):
         return f"the diagnosis in {diagnosis} {_other_record(own, shots)} in {inversion}"
@@ -73,9 +73,9 @@ def _inverted(answer: dict[str, Any]) -> _File:
     return _File(str(first.get("path", "")), str(first.get("digest", "")))
 
 
-def _shots(told: dict[str, Any], count: int) -> list[_File]:
+def _shots(diagnosed: dict[str, Any], count: int) -> list[_File]:
     """The records of a diagnosis's shots; an earlier version names the first one's file alone."""
-    record = told.get("record", {})
+    record = diagnosed.get("record", {})
     files = record.get("files", [record.get("path", "")])[:count]
     digests = record.get("digests", [])[: len(files)]
     return [_File(str(path), str(digest)) for path, digest in zip_longest(files, digests, fillvalue="")]

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN
+from birdstrike.inversion.observations.expected import FARTHEST_ORIGIN
 from birdstrike.reports.results.results import Results
 
 TRIALS = 81

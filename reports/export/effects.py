@@ -221,7 +221,7 @@ MATERIAL = {"bird_porosity": "the bird's equation of state", "rivet_strength": "
 
 def _without_card(effect: FoundEffect, system: UnitSystem) -> str:
     known = effects()[effect.name]
-    if known.group == "instrument":
+    if known.fault is not None:
         return (
             "It is of the instrument: nothing changes in the deck; correct the record, or the curve that you compare."
         )

@@ -72,7 +72,7 @@ def _caption(case: Case) -> str:
 def _aimed(case: Case) -> str:
     """Where the bird arrives: a point in space, or of the plate or the target, and how far beside it."""
     impact, centre = case.impact, "the plate's centre" if case.target is None else "the target's origin"
-    if case.target is not None and case.target.mesh is not None:
+    if case.target is not None and case.mesh_file is not None:
         centre = f"the point ({_millimetres(case.target.origin)}) mm of the mesh file"
     if impact.point is not None:
         aimed = f"the bird's axis flies through ({_millimetres(impact.point)}) mm"

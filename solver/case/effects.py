@@ -138,25 +138,17 @@ def magnitude(name: str, value: Any) -> float:
     return _in_unit(known[kind], value)
 
 
-OF_ONE_SENSOR = {
-    "time_offset": ("time_offset", '"0.02 ms"'),
-    "sensor_gain": ("gain", "1.03"),
-    "sensor_bandwidth": ("bandwidth", '"5 kHz"'),
-    "sensor_drift": ("drift", '"0.1 m/s"'),
-}
-"""Effects that act on all sensors or transducers alike -> key and example of one sensor's `instrument`."""
-
-
 def _no_table(name: str, value: Mapping[str, Any]) -> str:
     """What to write where a table stands in place of an effect's magnitude."""
     effect = effects().get(name)
     if effect is not None and effect.alone is not None:  # of one place in both ways: `by_place` leaves it
         return "names a set of nodes that is also named behind a dot, in quotes; keep one of the two"
-    if name not in OF_ONE_SENSOR:
+    if effect is None or effect.fault is None:
         return "must be one magnitude, not a table"
-    key, example = OF_ONE_SENSOR[name]
+    key = effect.fault.key
     places = ", ".join(f"instrument.{sensor}.{key}" for sensor in value) or f"instrument.<sensor>.{key}"
-    return f"must be one magnitude, for all sensors alike; of one sensor alone write {places} (such as {example})"
+    such = f"(such as {effect.fault.example})"
+    return f"must be one magnitude, for all sensors alike; of one sensor alone write {places} {such}"
 
 
 def _in_unit(effect: Effect, text: str) -> float:

@@ -15,12 +15,20 @@ from typing import Any, Protocol
 
 from birdstrike.data.errors import CaseError, UnitError, UserError
 from birdstrike.data.units import si_unit
+from birdstrike.solver.effects.fault import Fault
 from birdstrike.solver.sensors.instrument import Instrument
 from birdstrike.solver.sensors.sensor import Sensor
 from birdstrike.solver.sources import defining_module
 
 SECTIONS = ("plate", "target", "bird", "impact", "sensors", "instrument", "solver")
 """Sections of a case that an effect may change; the others say what is recorded, sought or run elsewhere."""
+
+FAMILIES = ("support", "plate", "impact", "bird", "instrument", "user")
+"""What an answer sums probabilities by; among families they are shared out alike beforehand."""
+
+SCOPES = ("shot", "bird", "plate", "rig", "sensor")
+"""What an effect belongs to, with which it comes along to another case: this one shot, the bird's substance, the plate,
+the rig with its supports, or one sensor."""
 
 ANSWERS: dict[str, tuple[type | tuple[type, ...], str]] = {
     "size": (Real, "a number, SI"),
@@ -79,9 +87,12 @@ class Effect:
     meaning: what it is, in a few words that fit "the model lacks ..."; unit: SI unit of the magnitude; change: from a
     case and a magnitude to the tables of the case that it sets, written as in a file; size: a plausible magnitude for
     a case, SI, positive; least: the smallest magnitude that means anything (0: one-sided; -inf: none); refuses: why a
-    case cannot carry it, empty where it can; source: where its model is described; alternative: another SI unit in
-    which a case may state the magnitude, and the magnitude of a value in it; places: parts of a case of which each can
-    have the effect alone, and `alone` the effect of one of them, which a case states as `effects.<name>.<place>`.
+    case cannot carry it, empty where it can; family: one of `FAMILIES`; source: where its model is described;
+    alternative: another SI unit in which a case may state the magnitude, and the magnitude of a value in it; places:
+    parts of a case of which each can have the effect alone, and `alone` the effect of one of them, which a case states
+    as `effects.<name>.<place>`; scope: one of `SCOPES`; level: plausible sizes at which its response is learnt, large
+    beside the scatter of runs and still linear; particles: of a bird, below which its response is not that of a finer
+    one; fault: of an effect of the instruments, what it does to one of them, so that no simulation is needed.
     """
 
     name: str
@@ -91,15 +102,22 @@ class Effect:
     size: Callable[[Any], float]
     least: Callable[[Any], float] = lambda _: -math.inf
     refuses: Callable[[Any], str] = lambda _: ""
-    group: str = "user"
+    family: str = "user"
     source: str = ""
     alternative: tuple[str, Callable[[float], float]] | None = None
     places: Callable[[Any], tuple[str, ...]] = lambda _: ()
     alone: Callable[[str], Effect] | None = None
+    scope: str = "rig"
+    level: float = 2.0
+    particles: int = 0
+    fault: Fault | None = None
 
     def __post_init__(self) -> None:
         """Raises UnitError for a unit in which a case could not state the magnitude, UserError for what is no
-        function."""
+        function, and for a family or scope that is unknown."""
+        for own, known in (("family", FAMILIES), ("scope", SCOPES)):
+            if (given := getattr(self, own)) not in known:
+                raise UserError(f'effect "{self.name}": its `{own}` is {given!r}; known: {", ".join(known)}')
         if si_unit(self.unit) != self.unit:
             raise UnitError(
                 f'effect "{self.name}": its unit "{self.unit}" is not SI; give the magnitude in "{si_unit(self.unit)}"'

@@ -7,7 +7,6 @@ import math
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.effects.effect import Declared, Effect, Table
 
-GROUP = "bird and impact"
 NEARLY_NORMAL = math.radians(80.0)
 """Angle from which on an error of the angle may carry a shot beyond the normal."""
 
@@ -45,7 +44,8 @@ IMPACT = (
         lambda case, x: _impact(case, "speed", "m/s", x),
         lambda case: 0.02 * case.impact.speed,
         lambda case: -case.impact.speed,
-        group=GROUP,
+        family="impact",
+        scope="shot",
         source="light gates and high-speed video: 1 to 2 % of the speed",
     ),
     Effect(
@@ -55,7 +55,8 @@ IMPACT = (
         _angle,
         lambda _: math.radians(1.0),
         lambda case: -case.impact.angle,
-        group=GROUP,
+        family="impact",
+        scope="shot",
         source="pitch of the bird and of the target's frame: about a degree",
     ),
     Effect(
@@ -64,7 +65,8 @@ IMPACT = (
         "m",
         lambda case, x: _offset(case, x, 0.0),
         lambda case: 0.05 * case.bird.diameter,
-        group=GROUP,
+        family="impact",
+        scope="shot",
         source="dispersion of a gas gun: some millimetres",
     ),
     Effect(
@@ -73,7 +75,8 @@ IMPACT = (
         "m",
         lambda case, x: _offset(case, 0.0, x),
         lambda case: 0.05 * case.bird.diameter,
-        group=GROUP,
+        family="impact",
+        scope="shot",
         source="dispersion of a gas gun: some millimetres",
     ),
     Effect(
@@ -83,7 +86,8 @@ IMPACT = (
         lambda case, x: _impact(case, "yaw", "rad", x),
         lambda _: math.radians(3.0),
         refuses=_sphere,
-        group=GROUP,
+        family="impact",
+        scope="shot",
         source="free flight after the sabot: a few degrees; the velocity stays as stated",
     ),
 )
@@ -96,7 +100,8 @@ CONTACT = (
         lambda case, x: _impact(case, "friction", "", x),
         lambda _: 0.1,
         lambda case: -case.impact.friction,
-        group=GROUP,
+        family="bird",
+        scope="bird",
         source="Coulomb friction coefficient",
     ),
 )

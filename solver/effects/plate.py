@@ -11,7 +11,6 @@ from birdstrike.data.units import quantity_text
 from birdstrike.solver.effects.effect import Declared, Effect, Table
 from birdstrike.solver.fields import EDGE_SPRINGS
 
-GROUP = "plate and support"
 RATE = 100.0  # 1/s, at which plate_rate_hardening states its gain
 ALUMINIUM_P = 4.0  # Cowper-Symonds exponent where the case declares no rate hardening
 
@@ -112,7 +111,7 @@ def _support(name: str, meaning: str, of: tuple[str, str, str], size: Callable[[
             size,
             lambda case: -_stiffest(case, key, alone),
             lambda case: _no_edges(key, case, alone),
-            GROUP,
+            "support",
             source,
         )
 
@@ -191,8 +190,9 @@ PLATE = (
         lambda case: 0.02 * case.plate.thickness,
         lambda case: -case.plate.thickness,
         _rigid,
-        GROUP,
+        "plate",
         "rolling tolerance of sheet, EN 485-3: about 2 to 5 % of the thickness",
+        scope="plate",
     ),
     Effect(
         "plate_modulus",
@@ -202,8 +202,9 @@ PLATE = (
         lambda case: 0.02 * case.plate.material.young,
         lambda case: -case.plate.material.young,
         _rigid,
-        GROUP,
+        "plate",
         "values of one alloy's modulus in handbooks differ by 1 to 3 %",
+        scope="plate",
     ),
     Effect(
         "plate_density",
@@ -213,8 +214,9 @@ PLATE = (
         lambda case: 0.02 * case.plate.material.density,
         lambda case: -case.plate.material.density,
         _rigid,
-        GROUP,
+        "plate",
         "paint, cladding, cables and targets of the instruments: 1 to 3 % of the plate's mass",
+        scope="plate",
     ),
     Effect(
         "plate_yield",
@@ -224,8 +226,9 @@ PLATE = (
         lambda case: 0.1 * case.plate.material.yield_stress,
         lambda case: -case.plate.material.yield_stress,
         lambda case: _without("yield_stress", case),
-        GROUP,
+        "plate",
         "scatter of the yield stress between batches",
+        scope="plate",
     ),
     Effect(
         "plate_hardening",
@@ -235,8 +238,9 @@ PLATE = (
         lambda case: 0.03 * case.plate.material.young,
         lambda case: -case.plate.material.tangent_modulus,
         lambda case: _without("tangent_modulus", case),
-        GROUP,
+        "plate",
         "tangent modulus of the bilinear stress-strain curve",
+        scope="plate",
     ),
     Effect(
         "plate_rate_hardening",
@@ -246,9 +250,10 @@ PLATE = (
         lambda _: 0.2,
         _weakest,
         lambda case: _without("rate_c", case),
-        GROUP,
+        "plate",
         "Cowper & Symonds (1957), stated as the relative gain of the yield stress at 100 1/s; p = 4 as for aluminium "
         "(Jones, Structural Impact, sect. 8.3) unless the case declares another",
+        scope="plate",
     ),
     Effect(
         "plate_damping",
@@ -258,7 +263,7 @@ PLATE = (
         lambda case: 0.05 * first_frequency(case),
         lambda case: -case.plate.damping,
         _rigid,
-        GROUP,
+        "plate",
         "mass-proportional; size: 5 % of critical in the first mode",
     ),
     Effect(
@@ -271,8 +276,9 @@ PLATE = (
         ),
         lambda _: -math.inf,
         lambda case: _without("preload", case) or _no_edges("in_plane", case) or _curved(case),
-        GROUP,
+        "support",
         "membrane stress, alike both ways; size: a fifth of what buckles a clamped square (Timoshenko & Gere, 1961)",
+        level=0.5,  # at a tenth of the buckling load the first frequency's square changes by a tenth (Leissa, 10.4)
     ),
     Effect(
         "rivet_strength",
@@ -282,7 +288,8 @@ PLATE = (
         lambda _: 0.2,
         lambda _: -0.999,
         lambda case: "" if case.target is not None and case.target.rivets else "the target has no rivets",
-        GROUP,
+        "plate",
         "relative change of the strengths in tension and shear of all rivets; size: scatter of single-lap joints",
+        scope="plate",
     ),
 )

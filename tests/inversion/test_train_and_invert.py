@@ -18,10 +18,10 @@ from birdstrike.data.curves import Measured, read_histories, write_measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.data.storage.store import RunStore
-from birdstrike.inversion.estimation.locate import InversionOptions
-from birdstrike.inversion.observations.filters import ModelFilter, zero_phase
+from birdstrike.inversion.extras import Extras
+from birdstrike.inversion.observations.filters import zero_phase
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.inversion.train_and_invert import Extras, _Call, train_and_invert
+from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.surrogate.files import load_emulator, load_network
 from tests.inversion import small_campaign
@@ -411,23 +411,6 @@ def test_filtered_shots_are_inverted_together(doe: Path, tmp_path: Path) -> None
     assert [text.startswith(f"{paths[1]}: displacement centre reads 0.") for text in zeroed] == [True]
     stored = json.loads((tmp_path / "out" / "options.json").read_text())["filters"]
     assert [one["end"] for one in stored] == pytest.approx([3e-3, 2.795e-3])
-
-
-def test_shots_share_a_forward_model_that_is_given(tmp_path: Path) -> None:
-    """Joined shots run one that they share once."""
-
-    def given(_: Any) -> Histories:
-        raise AssertionError
-
-    case = load_case("demo")
-    other, shorter = case.overlaid({"impact": {"speed": "80 m/s"}}), ModelFilter("CFC1000", 1.9e-3, 5e-6)
-    call = _Call([], tmp_path, InversionOptions(), Extras(), given, 0.0)
-    own = _Call([], tmp_path, InversionOptions(), Extras(), None, 0.0)
-    for passed in (None, ModelFilter("CFC1000", 2.0e-3, 5e-6)):
-        assert call.solver(case, passed) is call.solver(other, passed)
-        assert own.solver(case, passed) is own.solver(load_case("demo"), passed)
-        assert own.solver(case, passed) is not own.solver(other, passed)
-        assert own.solver(case, passed) is not own.solver(case, shorter)
 
 
 def test_the_case_of_every_shot_stays_with_the_answer(doe: Path, measured: Path, tmp_path: Path) -> None:

@@ -15,7 +15,8 @@ from birdstrike.data.histories import Array, Histories, Snapshot
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+from birdstrike.inversion.extras import Extras
+from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.solver.case.case import Case, case_hash, load_case
 
 END = 3.0e-3

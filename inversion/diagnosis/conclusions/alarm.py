@@ -25,8 +25,9 @@ from scipy.special import logsumexp
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.inference.evidence import UNNAMED, ModelTester
+from birdstrike.inversion.diagnosis.inference.fit import Fit
 from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
-from birdstrike.inversion.diagnosis.inference.ranking import Fit, Ranking
+from birdstrike.inversion.diagnosis.inference.ranking import Ranking
 from birdstrike.inversion.results.diagnosis import LEAST_SHARE, MOST_SHARE, NONE, SOMETHING_ELSE
 
 SHARES = np.geomspace(LEAST_SHARE, MOST_SHARE, 41)

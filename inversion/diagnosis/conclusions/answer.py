@@ -17,13 +17,14 @@ from birdstrike.inversion.diagnosis.conclusions.before_and_after import (
     SolverRun,
     estimate,
     expected_residual,
-    misfit,
     predicted,
     rms_by_channel,
 )
 from birdstrike.inversion.diagnosis.conclusions.power import absorbed, biases, collinear
+from birdstrike.inversion.diagnosis.inference.fit import Fit
 from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
-from birdstrike.inversion.diagnosis.inference.ranking import Fit, Ranking
+from birdstrike.inversion.diagnosis.inference.posterior import quantiles
+from birdstrike.inversion.diagnosis.inference.ranking import Ranking
 from birdstrike.inversion.diagnosis.preparation.shots import Shot
 from birdstrike.inversion.estimation.answers.estimates import reported
 from birdstrike.inversion.estimation.prior import identified
@@ -85,7 +86,7 @@ def effect_figures(
     """none, singles and something else, the likeliest first; confirmed: the effect that the solver was run with."""
     found = [_figures(ranking, label, required) for label, model in ranking.models.items() if len(model.members) < 2]
     alike, share, shifts = collinear(ranking), absorbed(ranking), biases(ranking)
-    told = [
+    figures = [
         replace(
             one,
             twins=alike.get(one.name, {}),
@@ -95,7 +96,7 @@ def effect_figures(
         )
         for one in found
     ]
-    return tuple(sorted(told, key=lambda one: -one.probability))
+    return tuple(sorted(figures, key=lambda one: -one.probability))
 
 
 def _figures(ranking: Ranking, label: str, required: Mapping[str, float | None]) -> EffectFigures:
@@ -154,12 +155,12 @@ def magnitude_of(ranking: Ranking, label: str) -> tuple[float, tuple[float, floa
     model's fit that can lie outside the interval, which knows it at every size: then it is the median of the latter.
     The interval holds both.
     """
-    standing, one = ranking.standings[label], ranking.models[label].members[0]
+    assessment, one = ranking.assessments[label], ranking.models[label].members[0]
     low, high = one.limits
-    evidence = standing.at_fit
+    evidence = assessment.at_fit
     mean = float(np.clip(evidence.h[0], low, high))
-    begin, middle, end = standing.fit.tester.quantiles(evidence)
-    h = mean if standing.own or begin < mean < end else middle
+    begin, middle, end = quantiles(assessment.fit.tester, evidence)
+    h = mean if assessment.own or begin < mean < end else middle
     ends = [one.magnitude(x) for x in (min(begin, mean), max(end, mean))]
     return one.magnitude(h), (min(ends), max(ends)), reaches_limit(h, (begin, end), one.search_limits)
 
@@ -209,18 +210,6 @@ def state(
     )
 
 
-EXPLAINED = 3.0
-"""Times all errors: a fit that leaves more in a shot has not explained its record. Edges that were free to turn,
-beyond the linear range of the response, left 2.2."""
-
-
-def unexplained(ranking: Ranking, label: str, shots: Sequence[Shot]) -> float | None:
-    """The largest misfit that an effect leaves in a shot, over all errors; None where it explains them all."""
-    problem, model, fit = ranking.problem, ranking.models[label], ranking.fits[label]
-    worst = max(misfit(shot, curve_at(ranking, label, shot), problem, model, fit) for shot in shots)
-    return worst if worst > EXPLAINED else None
-
-
 def in_short(held: list[Held]) -> dict[str, float | None]:
     """time_block, the worst channel, the worst shot."""
     found: dict[str, float | None] = {"time_block": None, "channel": None, "shot": None}
@@ -254,10 +243,10 @@ def parameters(fit: Fit, shot: Shot, model: Hypothesis) -> dict[str, dict[str, A
     found: dict[str, dict[str, Any]] = {}
     for i, name in enumerate(space.names):
         own, limits = (float(interval[0][i]), float(interval[1][i])), (float(space.lows[i]), float(space.highs[i]))
-        told = bool(known[i] or plan.prior.stated[i])
+        kept = bool(known[i] or plan.prior.stated[i])
         found[name] = {
             "value": float(value[i]),
-            "interval_95": reported(float(value[i]), own, limits, told),
+            "interval_95": reported(float(value[i]), own, limits, kept),
             "unit": space.units[i],
             "identified": bool(known[i]),
         }
@@ -316,7 +305,7 @@ def noise_figures(shots: Sequence[Shot], ranking: Ranking) -> dict[str, Any]:
 def _noise_in(shot: Shot, ranking: Ranking) -> tuple[dict[str, dict[str, Any]], float]:
     """Of the sensors of one shot, and the numerical share of all of them in the whole error, baselines or none."""
     whole = expected_residual(shot, ranking.problem, ranking.models[NONE], ranking.fits[NONE], others=())[1] ** 2
-    numerical = ranking.fits[NONE].system.numerical_variance(shot.name)
+    numerical = ranking.fits[NONE].system.numerical_variance[shot.name]
     sensors = {}
     for i, trace in enumerate(shot.record.traces):
         of = shot.record.channel == i
@@ -351,7 +340,7 @@ def simulation_counts(
     return {**counts, "emulator_error": off, "failed": dict(simulations.failures)}
 
 
-def remainder_figures(ranking: Ranking) -> dict[str, Any] | None:
+def something_else_figures(ranking: Ranking) -> dict[str, Any] | None:
     """What something else has of the probability; None where that is little."""
     share = ranking.shares.get(SOMETHING_ELSE, 0.0)
     if share < REPORTED:
@@ -390,3 +379,17 @@ def pair_figures(ranking: Ranking) -> tuple[dict[str, Any], ...]:
         }
         for name in kept
     )
+
+
+def held_out_figures(held: Mapping[str, list[Held]], chosen: str | None) -> dict[str, dict[str, float | None]]:
+    """Part held out -> whitened RMS before and after, and the gain in log density a point."""
+    after = {one.name: one for one in held.get(chosen or "", [])}
+    found = {one.name: (one, after.get(one.name)) for one in held[NONE]}
+    return {
+        name: {
+            "before": old.error,
+            "after": new.error if new else None,
+            "gain": new.score - old.score if new else None,
+        }
+        for name, (old, new) in found.items()
+    }

@@ -13,8 +13,8 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import same_structure
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import rms_by_channel
+from birdstrike.inversion.diagnosis.inference.fit import Fit, Problem
 from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
-from birdstrike.inversion.diagnosis.inference.ranking import Fit, Problem
 from birdstrike.inversion.diagnosis.preparation.discrepancy import (
     UNCLEAN,
     Amplitudes,

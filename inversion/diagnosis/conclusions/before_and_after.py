@@ -17,17 +17,15 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.data.units import quantity_text
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
-from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis, Suspect
-from birdstrike.inversion.diagnosis.inference.ranking import Fit, Problem, each
+from birdstrike.inversion.diagnosis.inference.fit import Fit, Problem, each
+from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect, Hypothesis
 from birdstrike.inversion.diagnosis.inference.system import build
 from birdstrike.inversion.diagnosis.preparation.instrument import with_faults
-from birdstrike.inversion.diagnosis.preparation.plan import INSTRUMENT
 from birdstrike.inversion.diagnosis.preparation.setup import stack
 from birdstrike.inversion.diagnosis.preparation.shots import LATEST_SHIFT, Record, Shot
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.effects.instrument import combined
 from birdstrike.solver.effects.registry import effect_named
 
 BLOCK = (0.45, 0.75)  # of the record: a stretch behind the peak, long beside the discrepancy's correlation time
@@ -138,7 +136,7 @@ def _residual(problem: Problem, hypothesis: Hypothesis, fit: Fit, kept: tuple[Sh
     return shot.record.values - predicted(shot, hypothesis, z, sizes)
 
 
-def unpredicted_parts(effect: Suspect) -> set[str]:
+def unpredicted_parts(effect: CandidateEffect) -> set[str]:
     """Held-out parts that hold all that an effect acts on, the sensor of a fault or the shot of an effect of one shot.
 
     The rest does not determine its magnitude, so that a model with it predicts nothing there.
@@ -149,13 +147,13 @@ def unpredicted_parts(effect: Suspect) -> set[str]:
     return found
 
 
-def predicted_parts(effect: Suspect, held: Sequence[Held]) -> list[Held]:
+def predicted_parts(effect: CandidateEffect, held: Sequence[Held]) -> list[Held]:
     """The held-out parts that an effect's model predicts."""
     unpredicted = unpredicted_parts(effect)
     return [one for one in held if one.name.removesuffix(f" of {one.shot}") not in unpredicted]
 
 
-def predicts_better(effect: Suspect, before: Sequence[Held], after: Sequence[Held]) -> bool:
+def predicts_better(effect: CandidateEffect, before: Sequence[Held], after: Sequence[Held]) -> bool:
     """Whether an effect makes what was held out likelier, over the parts that its model predicts.
 
     Evidence is of the data that were fitted, and depends on the model error about each fit; a real effect predicts what
@@ -218,8 +216,8 @@ def expected_residual(
     amplitudes = fit.tester.combinations[node]
     for block, amplitude in zip(system.blocks, amplitudes, strict=True):
         whole[np.ix_(block.rows, block.rows)] += block.F + amplitude**2 * block.U
-    told = [one for one in problem.shots if one.baseline] if others is None else others
-    known, own = _rows(problem.shots, [one.name for one in told]), _rows(problem.shots, [shot.name])
+    seen = [one for one in problem.shots if one.baseline] if others is None else others
+    known, own = _rows(problem.shots, [one.name for one in seen]), _rows(problem.shots, [shot.name])
     gain = np.linalg.solve(whole[np.ix_(known, known)], whole[np.ix_(known, own)])
     covariance = whole[np.ix_(own, own)] - whole[np.ix_(own, known)] @ gain
     noise = system.noise[np.ix_(own, own)]
@@ -246,7 +244,7 @@ def case_at(shot: Shot, fit: Fit, hypothesis: Hypothesis) -> Case:
     return case_with(plan.case.with_values(plan.values(z)), acting)
 
 
-def case_with(case: Case, acting: Sequence[tuple[Suspect, float]]) -> Case:
+def case_with(case: Case, acting: Sequence[tuple[CandidateEffect, float]]) -> Case:
     """The case with effects of magnitudes [SI] beside those that it declares; what is not finite is left out.
 
     None is smaller than the least that means anything, which a fit at that limit may miss by rounding.
@@ -280,8 +278,9 @@ def _earliest(case: Case) -> float:
 
 def _beside_declared(case: Case, name: str, value: float) -> float:
     """Magnitude of an effect together with what the case declares of it, as only an instrument's can be there twice."""
-    whole = combined(name, case.effects.get(name, 0.0), value) if name in INSTRUMENT else value
-    return max(whole, effect_named(name).least(case))
+    effect = effect_named(name)
+    whole = value if effect.fault is None else effect.fault.combined(case.effects.get(name, 0.0), value)
+    return max(whole, effect.least(case))
 
 
 def run_at(

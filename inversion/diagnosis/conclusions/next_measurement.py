@@ -19,10 +19,10 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
 from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
+from birdstrike.inversion.diagnosis.inference.linearisation import Places
 from birdstrike.inversion.diagnosis.inference.ranking import Ranking
-from birdstrike.inversion.diagnosis.inference.system import Places
-from birdstrike.inversion.diagnosis.preparation.discrepancy import remainder, shape_of, started
-from birdstrike.inversion.diagnosis.preparation.plan import PREFIX
+from birdstrike.inversion.diagnosis.preparation.candidate_sensors import PREFIX
+from birdstrike.inversion.diagnosis.preparation.discrepancy import repeatability, shape_of, started
 from birdstrike.inversion.diagnosis.preparation.setup import stack
 from birdstrike.inversion.diagnosis.preparation.shots import Shot, responses_of
 from birdstrike.inversion.labels import in_words, label_parts
@@ -99,12 +99,12 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
     weights = np.array([ranking.shares[label] for label in compared])
     none = ranking.shares[NONE] if NONE in separates else 0.0
 
-    def told(information: Array, r: int) -> float:
+    def chance(information: Array, r: int) -> float:
         return expected(information, r, sizes, weights, none)
 
-    now, found = told(gram, columns), list[tuple[float, str, str]]()
+    now, found = chance(gram, columns), list[tuple[float, str, str]]()
     if not any(one.baseline for one in ranking.problem.shots):
-        found.append((told(*_beside_clean_shot(ranking, compared)), BASELINE, CLEAN_SHOT))
+        found.append((chance(*_beside_clean_shot(ranking, compared)), BASELINE, CLEAN_SHOT))
     measured = [one for one in ranking.problem.shots if not one.baseline]
     there = {name for one in measured for name in (*one.channels, *one.setup.unpredictable)}
     for name, sensor in shot.setup.plan.coarse.sensors.items():
@@ -115,12 +115,12 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
         if more:
             where = "one more sensor in every shot" if len(measured) > 1 else "one more sensor"
             found.append(
-                (told(gram + sum(more), columns), name, f"{where}, {described(name, sensor, shot.setup.plan.case)}")
+                (chance(gram + sum(more), columns), name, f"{where}, {described(name, sensor, shot.setup.plan.case)}")
             )
     found.sort(reverse=True)
     needed = ""
     if other_bird:
-        found.insert(0, (max(told(*_beside_own_bird(ranking, compared)), now), BASELINE, OWN_BIRD))
+        found.insert(0, (max(chance(*_beside_own_bird(ranking, compared)), now), BASELINE, OWN_BIRD))
         needed = "beside a shot of another bird nothing is attributed, because model error changes with the bird"
     if not found:
         return None
@@ -154,11 +154,11 @@ def _beside_own_bird(ranking: Ranking, compared: list[str]) -> tuple[Array, int]
 
 
 def _beside_clean_shot(ranking: Ranking, compared: list[str]) -> tuple[Array, int]:
-    """As `record_information`, beside a clean shot: the model error that it leaves is the usual remainder."""
+    """As `record_information`, beside a clean shot: the model error that it leaves is the scatter of repeated shots."""
     fit = ranking.fits[NONE]
     node = _likeliest(ranking, compared)
     now = fit.tester.combinations[node]
-    left = np.minimum(now, [remainder(kind) for kind in fit.tester.kinds])
+    left = np.minimum(now, [repeatability(kind) for kind in fit.tester.kinds])
     own = (float(fit.tester.unnamed[node]),)
     apart = (float(fit.tester.apart[node]),)
     tester = ModelTester(fit.system, ranking.problem.known, fit.tester.places, fit.tester.scale, left[None], own, apart)
@@ -308,7 +308,7 @@ def _error(at: Candidate, amplitudes: Mapping[str, float]) -> Array:
         [stack(setup.runs[f"fine {i}"], t, [at.name]) - stack(setup.runs[f"coarse {i}"], t, [at.name]) for i in fine]
     )
     shape = shape_of(draws, at.curve, t)
-    size = max(remainder(sensor.kind), amplitudes.get(sensor.kind, 0.0)) * at.peak * shape.growth
+    size = max(repeatability(sensor.kind), amplitudes.get(sensor.kind, 0.0)) * at.peak * shape.growth
     kernel = started(t, t, at.shot.onset, shape.length)
     level = sensor.noise or NOISE * at.peak
     spacing = float(t[1] - t[0]) / max(float(np.median(np.diff(at.shot.record.traces[0].times))), 1e-12)

@@ -11,8 +11,9 @@ import numpy as np
 from scipy.stats import norm
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.inference.evidence import Indices, Reduced, integrated
-from birdstrike.inversion.diagnosis.inference.ranking import Fit, Ranking
+from birdstrike.inversion.diagnosis.inference.fit import Fit
+from birdstrike.inversion.diagnosis.inference.gaussians import Indices, Reduced, integrated
+from birdstrike.inversion.diagnosis.inference.ranking import Ranking
 from birdstrike.inversion.results.diagnosis import NONE
 
 STEP = 1e-3  # of a range: for the derivative of a parameter's scale

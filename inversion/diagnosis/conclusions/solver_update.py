@@ -18,8 +18,9 @@ from scipy.spatial.distance import cdist
 from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import misfit, predicted
-from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING, Suspect, suspects
-from birdstrike.inversion.diagnosis.inference.ranking import Fit, Problem, Ranking, within
+from birdstrike.inversion.diagnosis.inference.fit import Fit, Problem
+from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING, CandidateEffect, candidate_effects
+from birdstrike.inversion.diagnosis.inference.ranking import Ranking, within
 from birdstrike.inversion.diagnosis.preparation.plan import levels
 from birdstrike.inversion.diagnosis.preparation.responses import Change, Response
 from birdstrike.inversion.diagnosis.preparation.setup import Setup, make_setup, stack
@@ -39,7 +40,7 @@ SURE = 0.5  # probability of none beyond which there is nothing to bring up to d
 WITHIN = 12.0  # nats of the best single, at least
 CANDIDATES = 400  # places near a fit among which the next run of the campaign is chosen
 REACH = 2.0  # standard deviations of a fit
-EXPLAINED = 2.0  # times all errors: a shot from which a fit without an effect is farther needs one
+MISFIT_WITHOUT_EFFECT = 2.0  # times all errors: a shot in which a fit without an effect leaves more needs one
 DIGITS = 3  # of a magnitude and of a place: the last ones of a fit differ from call to call, and each is another run
 NEAR = 0.3  # of a magnitude: within it of one that was simulated the response is interpolated
 
@@ -84,7 +85,7 @@ class NearFits:
         """Of the records; where a shot needs an effect, the bird of a fit without it is not the shot's."""
         bare = replace(problem, found=())
         fit = bare.refit(NOTHING, problem.start)
-        explained = [s.name for s in problem.shots if s.baseline or _misfit(s, bare, fit) < EXPLAINED]
+        explained = [s.name for s in problem.shots if s.baseline or _misfit(s, bare, fit) < MISFIT_WITHOUT_EFFECT]
         exact = replace(bare, options=replace(problem.options, emulator=False)).tested(NOTHING, fit.places)
         ratio = np.diag(fit.evidence.z_cov) / np.diag(exact.evidence.z_cov)
         k = len(problem.shots[0].setup.lows)
@@ -193,7 +194,7 @@ def _bent(response: Response, b: float) -> bool:
 def _on(problem: Problem, old: Setup, new: Setup) -> Problem:
     """The problem on another setup in the place of the old one; shots of other setups keep theirs."""
     shots = tuple(replace(shot, setup=new) if shot.setup is old else shot for shot in problem.shots)
-    return replace(problem, shots=shots, found=suspects(shots))
+    return replace(problem, shots=shots, found=candidate_effects(shots))
 
 
 def wanted_effects(ranking: Ranking) -> list[tuple[str, Shot]]:
@@ -206,7 +207,7 @@ def wanted_effects(ranking: Ranking) -> list[tuple[str, Shot]]:
     if ranking.shares[NONE] > SURE:
         return []
     singles = ranking.singles
-    score = {label: ranking.standings[label].at_best for label, one in singles.items() if one.response}
+    score = {label: ranking.assessments[label].at_best for label, one in singles.items() if one.response}
     top = max(score.values())
     pairs = sorted((n for n, m in ranking.models.items() if len(m.members) == 2), key=lambda n: -ranking.shares[n])[:3]
     named = [one.label for n in pairs if ranking.shares[n] > 0.05 for one in ranking.models[n].members]
@@ -221,7 +222,7 @@ def wanted_effects(ranking: Ranking) -> list[tuple[str, Shot]]:
     return list(found.values())
 
 
-def _one_of_each_case(ranking: Ranking, one: Suspect) -> list[Shot]:
+def _one_of_each_case(ranking: Ranking, one: CandidateEffect) -> list[Shot]:
     """The first shot of every case in which an effect acts."""
     first: dict[int, Shot] = {}
     for shot in ranking.problem.shots:

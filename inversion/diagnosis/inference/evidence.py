@@ -13,19 +13,26 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
-from scipy.linalg import cho_factor, cho_solve, helmert
-from scipy.special import erfcx, log_ndtr, softmax
+from scipy.linalg import helmert
+from scipy.special import softmax
 from scipy.stats import chi2, norm
 
-from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis, Suspect
-from birdstrike.inversion.diagnosis.inference.system import Block, System
+from birdstrike.inversion.diagnosis.inference.bird_scatter import BIRDS_APART
+from birdstrike.inversion.diagnosis.inference.gaussians import (
+    Directions,
+    Grams,
+    Indices,
+    Reduced,
+    cut_off_at_zero,
+    integrated,
+    log_mass_above_zero,
+    mixture,
+)
+from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect, Hypothesis
+from birdstrike.inversion.diagnosis.inference.system import System
 from birdstrike.inversion.diagnosis.preparation.discrepancy import Amplitudes
-from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
-from birdstrike.surrogate.gaussian_process import NORMAL_95
+from birdstrike.inversion.results.diagnosis import SOMETHING_ELSE
 
 MAGNITUDE_SCALE = 1.0
 """In plausible sizes: scale of a magnitude's prior. The library states a size as what a laboratory meets, and half of
@@ -36,6 +43,13 @@ SIZES = 1.0 / np.sqrt(chi2.ppf(1.0 - (np.arange(PRIOR_NODES) + 0.5) / PRIOR_NODE
 inverse of a chi-square of one degree of freedom: Zellner & Siow, Trabajos de Estadistica 31 (1980) 585), up to 6.4 of
 it. Under a single normal prior a large magnitude would be shared out among two effects, because the square of
 its size counts against it (Liang, Paulo, Molina, Clyde & Berger, J. Am. Stat. Assoc. 103 (2008) 410)."""
+UNNAMED = (0.03, 0.1, 0.3, 1.0)
+"""Plausible sizes by which the model's physics may err in every direction of the library, each as likely: from a model
+of the very test to one that is as wrong as what a laboratory cannot measure."""
+SAME = 1e-9  # relative difference of two signatures that are one
+MOST_NUMBERS = 4e7  # in the matrices of the nodes that are reduced at once: 320 MB
+NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
+FEW = 3  # nodes from which the parameters' covariance and the draws are taken
 
 
 @dataclass(frozen=True)
@@ -56,95 +70,6 @@ class Evidence:
     weights: Array
     amplitudes: Mapping[str, float]
     unnamed: float
-
-
-Indices = NDArray[np.intp]
-SAME = 1e-9  # relative difference of two signatures that are one
-MANY = 64  # columns integrated out, from which on Cholesky factors pay, one node after the other
-MOST_NUMBERS = 4e7  # in the matrices of the nodes that are reduced at once: 320 MB
-NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
-
-
-@dataclass(frozen=True)
-class Grams:
-    """X^T C^-1 X of any columns at any combination of amplitudes. x: (p, m) of each kind, in its diagonal coordinates;
-    weights: (nodes, p) of each kind; index: (combinations,) node of each kind; logdet: (combinations,) log det C.
-    """
-
-    x: tuple[Array, ...]
-    weights: tuple[Array, ...]
-    index: tuple[np.ndarray, ...]
-    logdet: Array
-
-    @classmethod
-    def of(cls, blocks: Sequence[Block], columns: Array, combinations: Array) -> Grams:
-        """From the blocks' diagonal coordinates."""
-        x, weights, indices, logdet = [], [], [], np.zeros(len(combinations))
-        for i, block in enumerate(blocks):
-            values, index = np.unique(combinations[:, i], return_inverse=True)
-            x.append(block.T @ columns[block.rows])
-            weights.append(1.0 / (1.0 + values[:, None] ** 2 * block.lam))
-            indices.append(index)
-            logdet += (block.logdet - np.log(weights[-1]).sum(axis=1))[index]
-        return cls(tuple(x), tuple(weights), tuple(indices), logdet)
-
-    def at(self, nodes: Indices, columns: Sequence[int]) -> Array:
-        """(nodes, q, q) of some columns."""
-        whole = np.zeros((len(nodes), len(columns), len(columns)))
-        for x, weights, index in zip(self.x, self.weights, self.index, strict=True):
-            own = x[:, np.asarray(columns)]
-            used, back = np.unique(index[nodes], return_inverse=True)
-            whole += np.array([own.T @ (weights[i][:, None] * own) for i in used])[back]
-        return whole
-
-    def node(self, number: int) -> Array:
-        """(m, m) of one combination, all columns."""
-        return self.at(np.array([number]), range(self.x[0].shape[1]))[0]
-
-
-UNNAMED = (0.03, 0.1, 0.3, 1.0)
-"""Plausible sizes by which the model's physics may err in every direction of the library, each as likely: from a model
-of the very test to one that is as wrong as what a laboratory cannot measure."""
-
-
-BIRDS = {"same": 0.02, "recipe": 0.1, "other": 1.0}
-"""Prior standard deviations by which the parameters of a shot's bird lie off what the shots share: birds of one batch;
-birds cast by one recipe, which scatter by a tenth of what is known of a recipe beforehand; birds of which one says
-nothing of the other. Each is as likely as the others unless the user states which it is."""
-BIRDS_APART = tuple(BIRDS.values())
-AUTO = "auto"
-CONTRADICTED = 0.05  # probability by the records below which a stated bird is contradicted by them
-
-
-def birds_apart(stated: str) -> tuple[float, ...]:
-    """The possibilities that a stated bird leaves: all of them for `auto`; raises UserError for an unknown word."""
-    if stated == AUTO:
-        return BIRDS_APART
-    if stated not in BIRDS:
-        raise UserError(f'baseline_bird = "{stated}" is unknown; available: {", ".join((AUTO, *BIRDS))}')
-    return (BIRDS[stated],)
-
-
-@dataclass(frozen=True)
-class Directions:
-    """What is integrated out beside a model's magnitudes. columns: (r,) of the system: the free directions, then what
-    is not known of the members' signatures; errors: prior deviations of the latter."""
-
-    columns: Indices
-    errors: Array
-
-
-@dataclass(frozen=True)
-class Reduced:
-    """Some columns with parameters, unnamed errors and errors of signatures integrated out, at some nodes.
-
-    S: (nodes, c, c) their information; W: (nodes, r, c) what the directions take of them; logdet: (nodes,).
-    """
-
-    S: Array
-    W: Array
-    logdet: Array
-    directions: Directions
 
 
 class ModelTester:
@@ -201,7 +126,7 @@ class ModelTester:
         """
         every = np.arange(len(self.combinations))
         quick = np.logaddexp.reduce(
-            self._weighed(hypothesis, every, *self._without_errors(hypothesis, every))[0], axis=0
+            self.weighed(hypothesis, every, *self._without_errors(hypothesis, every))[0], axis=0
         )
         found = []
         for apart in BIRDS_APART:
@@ -324,14 +249,14 @@ class ModelTester:
         reduced, grams = self._without_errors(hypothesis, nodes)
         if not members:
             return self._evaluated(hypothesis, nodes, reduced, grams)
-        logs, best, covariance = self._weighed(hypothesis, nodes, reduced, grams)
+        logs, best, covariance = self.weighed(hypothesis, nodes, reduced, grams)
         w = softmax(logs)
         weights = w.sum(axis=0)
         kept = nodes[weights > NEGLIGIBLE * weights.max()]
         fitted = self._sizes(hypothesis, nodes, w, best, covariance)[0] if sizes is None else sizes
         directions = self.directions(members, fitted)
         return self._evaluated(
-            hypothesis, kept, self.reduced(self.grams, kept, self._columns(members), directions), self.grams
+            hypothesis, kept, self.reduced(self.grams, kept, self.columns_of(members), directions), self.grams
         )
 
     def likeliest(self, changes: Array, sizes: Array) -> float:
@@ -357,15 +282,15 @@ class ModelTester:
         own = replace(quick, S=quick.S[nodes][:, at][:, :, at], W=quick.W[nodes][:, :, at], logdet=quick.logdet[nodes])
         return own, self.grams
 
-    def _columns(self, members: Sequence[str]) -> list[int]:
+    def columns_of(self, members: Sequence[str]) -> list[int]:
         """Of the residual and of effects' signatures."""
         return [0, *(self.system.at[label].start for label in members)]
 
-    def _factors(self, members: int) -> Array:
+    def prior_deviations(self, members: int) -> Array:
         """(sizes of the prior, members) prior deviations of magnitudes."""
         return np.repeat(self.deviations[:, None], members, axis=1) if members else np.zeros((1, 0))
 
-    def _grams_of(self, hypothesis: Hypothesis) -> Grams:
+    def grams_of(self, hypothesis: Hypothesis) -> Grams:
         """The products of the columns, whitened with something else in the errors where that is the model."""
         return self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
 
@@ -373,9 +298,9 @@ class ModelTester:
         """(nodes,) log marginal likelihood at each node; sizes: h for the errors of its effects' signatures."""
         members = [one.label for one in hypothesis.members]
         nodes = np.arange(len(self.combinations)) if only is None else only
-        grams = self._grams_of(hypothesis)
-        reduced = self.reduced(grams, nodes, self._columns(members), self.directions(members, sizes))
-        return np.logaddexp.reduce(self._weighed(hypothesis, nodes, reduced, grams)[0], axis=0)
+        grams = self.grams_of(hypothesis)
+        reduced = self.reduced(grams, nodes, self.columns_of(members), self.directions(members, sizes))
+        return np.logaddexp.reduce(self.weighed(hypothesis, nodes, reduced, grams)[0], axis=0)
 
     def at_best(self, evidence: Evidence) -> float:
         """A model's log marginal likelihood with the likeliest of the signatures that simulations leave possible.
@@ -384,13 +309,13 @@ class ModelTester:
         """
         members = [one.label for one in evidence.hypothesis.members]
         nodes = np.flatnonzero(evidence.weights > NEGLIGIBLE * evidence.weights.max())
-        directions, columns = self.directions(members, evidence.h), self._columns(members)
+        directions, columns = self.directions(members, evidence.h), self.columns_of(members)
         learnt = [self.system.at.get(f"error of {label}", slice(0, 0)) for label in members]
         stays = ~np.isin(directions.columns, [column for one in learnt for column in range(one.start, one.stop)])
         known = Directions(directions.columns[stays], directions.errors[stays[len(self.free) :]])
         reduced = self.reduced(self.grams, nodes, columns, directions)
         best = replace(reduced, logdet=self.reduced(self.grams, nodes, columns, known).logdet)
-        return float(np.logaddexp.reduce(self._weighed(evidence.hypothesis, nodes, best, self.grams)[0], axis=None))
+        return float(np.logaddexp.reduce(self.weighed(evidence.hypothesis, nodes, best, self.grams)[0], axis=None))
 
     def joint(self, hypothesis: Hypothesis, sizes: Sequence[float]) -> float:
         """Log density of the records and of the parameters at the places, all else integrated out.
@@ -399,7 +324,7 @@ class ModelTester:
         places can be compared by it. sizes: h for the errors of the effects' signatures.
         """
         members, nodes = [one.label for one in hypothesis.members], np.arange(len(self.combinations))
-        grams = self._grams_of(hypothesis)
+        grams = self.grams_of(hypothesis)
         logs = self._joint(hypothesis, nodes, grams, self.directions())
         if members:
             kept = np.flatnonzero(logs > logs.max() + np.log(NEGLIGIBLE))
@@ -409,19 +334,19 @@ class ModelTester:
     def _joint(self, hypothesis: Hypothesis, nodes: Indices, grams: Grams, directions: Directions) -> Array:
         """(nodes,) log density of records, parameters at the places, and nodes."""
         held = self.rotation @ self.system.dz
-        columns = self._columns([one.label for one in hypothesis.members])
-        logs = self._weighed(hypothesis, nodes, self.reduced(grams, nodes, columns, directions, held), grams)[0]
+        columns = self.columns_of([one.label for one in hypothesis.members])
+        logs = self.weighed(hypothesis, nodes, self.reduced(grams, nodes, columns, directions, held), grams)[0]
         prior = norm.logpdf(held, scale=self.sizes(nodes)[:, : len(held)]).sum(axis=1)
         return np.asarray(np.logaddexp.reduce(logs, axis=0) + prior)
 
-    def _weighed(
+    def weighed(
         self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, grams: Grams
     ) -> tuple[Array, Array, Array]:
         """Log marginal likelihood, magnitudes and their covariance, in prior standard deviations.
 
         At each of the prior's deviations (first axis) and each node.
         """
-        factor = self._factors(len(hypothesis.members))
+        factor = self.prior_deviations(len(hypothesis.members))
         S = reduced.S[None, :, 1:, 1:] * factor[:, None, :, None] * factor[:, None, None, :]
         b = reduced.S[None, :, 1:, 0] * factor[:, None]
         A = S + np.eye(factor.shape[1])
@@ -429,12 +354,12 @@ class ModelTester:
         best = np.einsum("snij,snj->sni", covariance, b)
         quadratic = reduced.S[:, 0, 0] - np.einsum("sni,sni->sn", b, best)
         logs = -0.5 * (quadratic + grams.logdet[nodes] + reduced.logdet + np.linalg.slogdet(A)[1])
-        logs = logs + _one_sided(hypothesis.members, best, covariance)
+        logs = logs + log_mass_above_zero(hypothesis.members, best, covariance)
         return logs + self.log_weights[nodes] - np.log(len(factor)), best, covariance
 
     def _evaluated(self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, grams: Grams) -> Evidence:
         """Marginal likelihood of all nodes together."""
-        logs, best, covariance = self._weighed(hypothesis, nodes, reduced, grams)
+        logs, best, covariance = self.weighed(hypothesis, nodes, reduced, grams)
         evidence = float(np.logaddexp.reduce(logs, axis=None))
         w = np.exp(logs - evidence)
         h, h_cov, beside_unnamed = self._sizes(hypothesis, nodes, w, best, covariance)
@@ -472,7 +397,7 @@ class ModelTester:
         """
         q = len(hypothesis.members)
         means, covariances = self._magnitudes(hypothesis.members, nodes, best, covariance)
-        whole = _mixture(w.ravel(), means[..., :q].reshape(w.size, q), covariances[..., :q, :].reshape(w.size, q, q))
+        whole = mixture(w.ravel(), means[..., :q].reshape(w.size, q), covariances[..., :q, :].reshape(w.size, q, q))
         return *whole, means[..., q:]
 
     @cached_property
@@ -487,7 +412,7 @@ class ModelTester:
         )
 
     def _magnitudes(
-        self, members: Sequence[Suspect], nodes: Indices, best: Array, covariance: Array
+        self, members: Sequence[CandidateEffect], nodes: Indices, best: Array, covariance: Array
     ) -> tuple[Array, Array]:
         """Means (s, nodes, 2q) of members' sizes t, then of their own parts h; covariances (s, nodes, 2q, q) with t.
 
@@ -510,107 +435,10 @@ class ModelTester:
         covariances = np.concatenate([whole, with_own], axis=-2)
         for i, one in enumerate(members):
             if one.one_sided:
-                means, covariances = _cut_off(means, covariances, i)
+                means, covariances = cut_off_at_zero(means, covariances, i)
         return means, covariances
 
-    def quantiles(self, evidence: Evidence) -> tuple[float, float, float]:
-        """95 % interval of a single effect's size [plausible sizes], within its limits: begin, median and end.
-
-        By quadrature over the size, with what is not known of the signature for each: it grows with the size, so that
-        an effect of which little is seen is not held to be small because simulations have not shown it clearly. What
-        another lattice moves is added to both sides (`_covariances`). A signature that an unnamed error shares is the
-        effect's as a whole.
-        """
-        (one,) = evidence.hypothesis.members
-        nodes, (low, high) = np.flatnonzero(evidence.weights > 0.0), one.limits
-        centre, sd = float(np.clip(evidence.h[0], low, high)), float(np.sqrt(evidence.h_cov[0, 0]))
-        local = np.linspace(centre - REACH * sd, centre + REACH * sd, QUADRATURE)
-        sizes = np.unique(np.clip([*np.linspace(low, high, QUADRATURE), *local], low, high))
-        logs = self._log_density(one, nodes, sizes)
-        density = np.exp(logs - logs.max())
-        mass = cumulative_trapezoid(density, sizes, initial=0.0)
-        ends = np.interp(TAILS, mass / mass[-1], sizes)
-        by_lattice = NORMAL_95 * np.sqrt(evidence.h_lattice[0, 0])
-        begin, middle, end = (float(x) for x in ends)
-        return (
-            max(middle - float(np.hypot(middle - begin, by_lattice)), low),
-            middle,
-            min(middle + float(np.hypot(end - middle, by_lattice)), high),
-        )
-
-    def _log_density(self, one: Suspect, nodes: Indices, sizes: Array) -> Array:
-        """(sizes,) log density of the records and of an effect's size, all else and the nodes integrated out."""
-        at, unknown, first = self.system.at, self.directions([one.label], [1.0]), len(self.free)
-        d, own = self.sizes(nodes), self.deviations**2 + np.zeros((len(nodes), 1))
-        free = np.arange(first)
-        if one.label in self.shared:
-            shared = self._unnamed_of(one.label) - at["J"].start
-            free, own = np.delete(free, shared), own + d[:, shared, None] ** 2
-        columns = [*self.free[free], 0, at[one.label].start, *unknown.columns[first:]]
-        S, _, logdet = integrated(self.grams.at(nodes, columns), d[:, free])
-        prior = norm.logpdf(sizes[:, None, None], scale=np.sqrt(own))  # (sizes, nodes, deviations)
-        # the signature's errors, of variances that grow with the square of the size, in the axes of their information
-        lam, V = np.linalg.eigh(unknown.errors[:, None] * S[:, 2:, 2:] * unknown.errors)
-        pull = np.einsum("nrk,r,nrc->nck", V, unknown.errors, S[:, 2:, :2])  # (nodes, 2, errors): residual, signature
-        square = sizes[:, None, None] ** 2
-        rest = square * (pull[:, 0] - sizes[:, None, None] * pull[:, 1]) ** 2 / (1.0 + square * lam)
-        quadratic = S[:, 0, 0] - sizes[:, None] * (2.0 * S[:, 0, 1] - sizes[:, None] * S[:, 1, 1]) - rest.sum(axis=2)
-        logdet = self.grams.logdet[nodes] + logdet + np.log1p(square * np.maximum(lam, 0.0)).sum(axis=2)
-        logs = self.log_weights[nodes] - 0.5 * (quadratic + logdet)
-        return np.asarray(np.logaddexp.reduce(logs + np.logaddexp.reduce(prior, axis=2), axis=1))
-
-    def draws(self, evidence: Evidence, count: int, rng: np.random.Generator) -> tuple[Array, Array, Indices]:
-        """(count, r) calibrated parameters, (count, q) sizes h of the members, (count,) nodes of a model's posterior.
-
-        From the joint Gaussians of the likeliest nodes. The whole of a magnitude that an unnamed error shares is the
-        member's, as in `_magnitudes`. What another lattice moves is not in them: they are of the fit, which took it up,
-        and predictions with these parameters need it.
-        """
-        hypothesis, weights = evidence.hypothesis, evidence.weights
-        top = np.argsort(-weights)[:FEW]
-        nodes = np.sort(rng.choice(top, count, p=weights[top] / weights[top].sum()))
-        at, free = self.system.at["J"], len(self.free)
-        x = np.vstack([self._drawn_at(evidence, int(n), int((nodes == n).sum()), rng) for n in np.unique(nodes)])
-        found = x[:, free : free + len(hypothesis.members)]
-        for j, one in enumerate(hypothesis.members):
-            if one.label in self.shared:
-                found[:, j] += x[:, self._unnamed_of(one.label) - at.start]
-        return x[:, : at.stop - at.start] @ self.rotation, found, nodes
-
-    def _drawn_at(self, evidence: Evidence, node: int, count: int, rng: np.random.Generator) -> Array:
-        """(count, r + q + ...) free directions, magnitudes and what is not known of signatures, at one node."""
-        hypothesis, number = evidence.hypothesis, np.array([node])
-        members, grams = [one.label for one in hypothesis.members], self._grams_of(hypothesis)
-        columns, directions = self._columns(members), self.directions(members, evidence.h)
-        logs, _, _ = self._weighed(hypothesis, number, self.reduced(grams, number, columns, directions), grams)
-        gram = grams.at(number, [0, *self.free, *columns[1:], *directions.columns[len(self.free) :]])[0]
-        parts, factors = [], self._factors(len(members))
-        for factor, due in zip(factors, rng.multinomial(count, softmax(logs[:, 0])), strict=True):
-            d = np.concatenate([self.sizes(number)[0], factor, directions.errors])
-            inverse = np.linalg.inv(d[:, None] * gram[1:, 1:] * d + np.eye(len(d)))
-            mean, chol = inverse @ (d * gram[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
-            parts.append(self._possible(hypothesis.members, d * mean, d[:, None] * chol, int(due), rng))
-        return np.vstack(parts)
-
-    def _possible(
-        self, members: Sequence[Suspect], mean: Array, chol: Array, count: int, rng: np.random.Generator
-    ) -> Array:
-        """(count, n) draws of a normal distribution; one with a magnitude that cannot be negative, but is, anew."""
-        x, due, free = np.zeros((count, len(mean))), np.arange(count), len(self.free)
-        for _ in range(REDRAWN):
-            x[due] = mean + rng.standard_normal((len(due), len(mean))) @ chol.T
-            due = due[self._impossible(members, x[due, free : free + len(members)])]
-            if not len(due):
-                break
-        return x
-
-    @staticmethod
-    def _impossible(members: Sequence[Suspect], sizes: Array) -> NDArray[np.bool_]:
-        """(n,) whether a one-sided magnitude of sizes (n, q) is negative."""
-        sided = [i for i, one in enumerate(members) if one.one_sided]
-        return np.asarray((sizes[:, sided] < 0.0).any(axis=1))
-
-    def _unnamed_of(self, label: str) -> int:
+    def unnamed_of(self, label: str) -> int:
         """Column of the unnamed error whose signature an effect has."""
         unnamed, at = self.system.at["unnamed"], self.system.at[label].start
         apart = np.abs(self.columns[:, unnamed] - self.columns[:, at, None]).sum(axis=0)
@@ -634,11 +462,11 @@ class ModelTester:
         """
         members, lattice = hypothesis.members, self._lattice(hypothesis)
         r, q, first = len(self.rotation), len(members), len(directions.columns)
-        columns = [*directions.columns, *self._columns([one.label for one in members])[1:]]
+        columns = [*directions.columns, *self.columns_of([one.label for one in members])[1:]]
         parameters, sizes, held = np.zeros((r, r)), np.zeros((q, q)), 0.0
         for place in np.argsort(-w, axis=None)[:FEW]:
             s, i = (int(at) for at in np.unravel_index(place, w.shape))
-            node, factor, share = nodes[i : i + 1], self._factors(q)[s], float(w[s, i])
+            node, factor, share = nodes[i : i + 1], self.prior_deviations(q)[s], float(w[s, i])
             d = np.concatenate([self.deviations_of(directions, node)[0], factor])
             gram = grams.at(node, [*columns, *lattice])[0]
             V = d[:, None] * np.linalg.inv(d[:, None] * gram[: len(d), : len(d)] * d + np.eye(len(d))) * d
@@ -650,93 +478,3 @@ class ModelTester:
             sizes += share * moved[first:] @ moved[first:].T
             held += share
         return self.rotation.T @ (parameters / held) @ self.rotation, sizes / held
-
-
-QUADRATURE = 41  # sizes over the limits, and as many about the mean
-REACH = 5.0  # standard deviations on each side of the mean
-TAILS = (0.025, 0.5, 0.975)  # of a 95 % interval
-FEW = 3  # nodes from which the parameters' covariance and the draws are taken
-REDRAWN = 50  # times at most: a draw with a negative one-sided magnitude
-
-
-def _one_sided(members: Sequence[Suspect], best: Array, covariance: Array) -> Array:
-    """(...) log of 2 Phi(mean/sd) for each magnitude that cannot be negative; best (..., q)."""
-    total = np.zeros(best.shape[:-1])
-    for i, one in enumerate(members):
-        if one.one_sided:
-            total += np.log(2.0) + log_ndtr(best[..., i] / np.sqrt(covariance[..., i, i]))
-    return total
-
-
-def _cut_off(mean: Array, covariance: Array, i: int) -> tuple[Array, Array]:
-    """Mean (..., n), covariance with the first q (..., n, q) of normal variables of which number i < q is not negative.
-
-    With a = mean_i/sd_i and L = phi(a)/Phi(a): mean_i + sd_i L, variance_i (1 - L (L + a)); the others by their
-    regression on it (Johnson, Kotz & Balakrishnan, Continuous Univariate Distributions 1, 2nd ed. 1994, 10.1).
-    """
-    sd = np.sqrt(np.maximum(covariance[..., i, i], 1e-300))
-    a = mean[..., i] / sd
-    L = np.sqrt(2.0 / np.pi) / erfcx(-a / np.sqrt(2.0))
-    along = covariance[..., i] / sd[..., None]
-    less = (L * (L + a))[..., None, None] * along[..., None] * along[..., None, : covariance.shape[-1]]
-    return mean + L[..., None] * along, covariance - less
-
-
-def integrated(whole: Array, d: Array) -> tuple[Array, Array, Array]:
-    """S (nodes, c, c), W (nodes, r, c), log det (nodes,) of `Reduced`: the first r columns integrated out.
-
-    whole: (nodes, r + c, r + c) X^T C^-1 X; d: (nodes, r) prior standard deviations.
-    """
-    r = d.shape[1]
-    own = d[:, :, None] * whole[:, :r, :r] * d[:, None, :] + np.eye(r)
-    cross = d[:, :, None] * whole[:, :r, r:]
-    if r < MANY:
-        W, logdet = np.linalg.solve(own, cross), np.linalg.slogdet(own)[1]
-    else:
-        factor = cho_factor(own, lower=True, overwrite_a=True, check_finite=False)
-        W = cho_solve(factor, cross, check_finite=False)
-        logdet = 2.0 * np.log(np.einsum("nrr->nr", factor[0])).sum(axis=1)
-    return whole[:, r:, r:] - cross.transpose(0, 2, 1) @ W, W, logdet
-
-
-def _mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, Array]:
-    """Mean and covariance of a mixture of Gaussians."""
-    mean = weights @ means
-    spread = means - mean
-    within = np.einsum("i,ijk->jk", weights, covariances)
-    return mean, within + np.einsum("i,ij,ik->jk", weights, spread, spread)
-
-
-CREDIBLE = 0.95  # of the probability
-COARSE = 0.01
-"""Of the evidence that an effect gains: by how much it would err if a tenth of its signature were wrong in a way that
-nothing here knows of. Other simulations of a clamp that had gone altogether moved it by 1.7 %."""
-
-
-def coarseness(found: Mapping[str, Evidence]) -> float:
-    """Power to which likelihoods are raised before they are compared.
-
-    No signature is exact. What its error costs in evidence grows with what the signature explains: a model that
-    explains all but a hundredth of what the best one does is never more than a nat behind it (Miller & Dunson, J. Am.
-    Stat. Assoc. 114 (2019) 1113).
-    """
-    best = max(one.log_evidence for one in found.values())
-    return 1.0 / (1.0 + COARSE * (best - found[NONE].log_evidence))
-
-
-def probabilities(found: Mapping[str, Evidence]) -> dict[str, float]:
-    """Posterior probability of every model, from evidence (`coarseness`) and prior."""
-    logs = np.array([one.log_evidence for one in found.values()])
-    scores = coarseness(found) * logs + np.log([one.hypothesis.prior for one in found.values()])
-    return dict(zip(found, map(float, softmax(scores)), strict=True))
-
-
-def credible_set(shares: Mapping[str, float]) -> tuple[str, ...]:
-    """The likeliest models that together hold 95 %."""
-    chosen, held = [], 0.0
-    for name in sorted(shares, key=lambda n: -shares[n]):
-        chosen.append(name)
-        held += shares[name]
-        if held >= CREDIBLE:
-            break
-    return tuple(chosen)

@@ -26,32 +26,11 @@ PRIOR_NONE = 0.5  # a model that is suspected is as likely right as wrong
 PRIOR_PAIRS, PRIOR_ELSE = 0.05, 0.05
 """Share of the whole: about the square of the chance of one effect (0.4^2 / 2 = 0.08, of which half within the
 library), and a tenth of the alternatives for what no library lists (Draper, J. R. Statist. Soc. B 57 (1995) 45)."""
-FAMILY = {
-    "clamp_rotation": "support",
-    "edge_slip": "support",
-    "plate_preload": "support",
-    "impact_speed": "impact",
-    "impact_angle": "impact",
-    "impact_offset": "impact",
-    "impact_offset_across": "impact",
-    "bird_yaw": "impact",
-}
-GROUP_FAMILY = {"plate and support": "plate", "bird and impact": "bird", "instrument": "instrument", "user": "user"}
-OF_SHOT = (
-    "impact_speed",
-    "impact_angle",
-    "impact_offset",
-    "impact_offset_across",
-    "bird_yaw",
-    "bird_mass",
-    "bird_length",
-)
-"""Effects that another shot of the rig need not have; trigger offsets too."""
 SMALL = 1e-3  # size of a response that is below every one that was simulated
 
 
 @dataclass(frozen=True)
-class Suspect:
+class CandidateEffect:
     """One effect where it acts.
 
     label: as in the answer; name: of the effect, of one set of nodes with that; shots: names of the shots, response or
@@ -91,7 +70,7 @@ class Suspect:
         """Of h, the size of its response."""
         if self.response:
             return self.response.limits
-        assert self.fault is not None, "a suspect has a response or a fault"
+        assert self.fault is not None, "a candidate effect has a response or a fault"
         return self.fault.limits
 
     @property
@@ -127,10 +106,10 @@ class Suspect:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """members: none, one or two suspects; prior: probability."""
+    """members: none, one or two candidate effects; prior: probability."""
 
     label: str
-    members: tuple[Suspect, ...]
+    members: tuple[CandidateEffect, ...]
     prior: float
     family: str
 
@@ -138,17 +117,17 @@ class Hypothesis:
 NOTHING = Hypothesis(NONE, (), 1.0, NONE)  # of records in which nothing is suspected
 
 
-def suspects(shots: Sequence[Shot]) -> tuple[Suspect, ...]:
+def candidate_effects(shots: Sequence[Shot]) -> tuple[CandidateEffect, ...]:
     """Every effect that the measured shots could have; baselines have none.
 
     A sensor that is left out can be at fault too: the record holds no information on that, so that it is about as
     likely beside `none` as the prior has it.
     """
     measured = [shot for shot in shots if not shot.baseline]
-    found: list[Suspect] = []
+    found: list[CandidateEffect] = []
     for name in responses_of(measured):
         able = {shot.name: shot.setup.responses[name] for shot in measured if name in shot.setup.responses}
-        one = Suspect(name, name, family_of(name), tuple(able), next(iter(able.values())))
+        one = CandidateEffect(name, name, family_of(name), tuple(able), next(iter(able.values())))
         found += _by_shot(one, len(measured), able)
     case = _with_all_sensors(measured)
     channels = dict.fromkeys(channel for shot in measured for channel in shot.channels)
@@ -157,8 +136,10 @@ def suspects(shots: Sequence[Shot]) -> tuple[Suspect, ...]:
     unseen = [one for one in measured_by if len(one.sensors) == 1 and one.sensors[0] in left_out]
     for fault in (*instrument_effects(case, tuple(channels)), *unseen):
         names = tuple(s.name for s in measured if any(sensor in s.setup.plan.case.sensors for sensor in fault.sensors))
-        one = Suspect(fault.label, fault.effect.name, "instrument", names, fault=fault, seen=fault not in unseen)
-        found += _by_shot(one, len(measured)) if fault.label == "time_offset" else [one]
+        one = CandidateEffect(
+            fault.label, fault.effect.name, "instrument", names, fault=fault, seen=fault not in unseen
+        )
+        found += _by_shot(one, len(measured)) if fault.label == fault.effect.name else [one]
     return tuple(found)
 
 
@@ -169,12 +150,14 @@ def _with_all_sensors(shots: Sequence[Shot]) -> Case:
     return case.model_copy(update={"sensors": {**case.sensors, **sensors}})
 
 
-def _by_shot(one: Suspect, count: int, responses: Mapping[str, Response] = MappingProxyType({})) -> list[Suspect]:
+def _by_shot(
+    one: CandidateEffect, count: int, responses: Mapping[str, Response] = MappingProxyType({})
+) -> list[CandidateEffect]:
     """The effect in all of `count` shots that can carry it and, where it may belong to a single one, in each.
 
     responses: by shot; that in one shot alone is the response of its own case.
     """
-    if count == 1 or one.name not in (*OF_SHOT, "time_offset"):
+    if count == 1 or effect_named(one.name).scope != "shot":
         return [one]
     each = [
         replace(one, label=f"{one.label}@{shot}", shots=(shot,), response=responses.get(shot)) for shot in one.shots
@@ -183,12 +166,11 @@ def _by_shot(one: Suspect, count: int, responses: Mapping[str, Response] = Mappi
 
 
 def family_of(name: str) -> str:
-    """support, plate, impact, bird, instrument; a user's own effects are a family too."""
-    kind = kind_of(name)
-    return FAMILY.get(kind) or GROUP_FAMILY.get(effects()[kind].group, "user")
+    """One of `effects.effect.FAMILIES`; raises KeyError for an unknown name."""
+    return effects()[kind_of(name)].family
 
 
-def hypotheses(found: Sequence[Suspect]) -> tuple[Hypothesis, ...]:
+def hypotheses(found: Sequence[CandidateEffect]) -> tuple[Hypothesis, ...]:
     """none, singles, pairs of different effects, something else, with their priors."""
     single = _single_priors(found, 1.0 - PRIOR_NONE - PRIOR_PAIRS - PRIOR_ELSE)
     singles = [Hypothesis(one.label, (one,), single[one.label], one.family) for one in found]
@@ -204,7 +186,7 @@ def hypotheses(found: Sequence[Suspect]) -> tuple[Hypothesis, ...]:
     return (none, *singles, *pairs, other)
 
 
-def _single_priors(found: Sequence[Suspect], share: float) -> dict[str, float]:
+def _single_priors(found: Sequence[CandidateEffect], share: float) -> dict[str, float]:
     """Equally among families, their effects, and an effect's sensors, sets of nodes and shots."""
     tree: dict[str, dict[str, list[str]]] = {}
     for one in found:

@@ -15,39 +15,32 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
-from scipy.special import eval_legendre
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.inference.hypotheses import Suspect
-from birdstrike.inversion.diagnosis.preparation.discrepancy import (
-    OWN_SHARE,
-    PARAMETER_LENGTH,
-    Amplitudes,
-    Shape,
-    alike,
-    process_modes,
-    started,
+from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
+from birdstrike.inversion.diagnosis.inference.linearisation import (
+    Linearisation,
+    Places,
+    change,
+    signature,
+    unnamed_errors,
 )
-from birdstrike.inversion.diagnosis.preparation.instrument import instrument_effects
-from birdstrike.inversion.diagnosis.preparation.shots import TIME_OFFSET, Shot, responses_of
+from birdstrike.inversion.diagnosis.inference.model_error import (
+    changed_by_effects,
+    model_error,
+    something_else,
+    without_baseline,
+)
+from birdstrike.inversion.diagnosis.inference.simulation_error import (
+    lattice_columns,
+    learnt_error,
+    numerical_error,
+    share_moved,
+    trends,
+)
+from birdstrike.inversion.diagnosis.preparation.discrepancy import PARAMETER_LENGTH, Amplitudes, Shape
+from birdstrike.inversion.diagnosis.preparation.shots import Shot
 from birdstrike.inversion.estimation.prior import NormalPrior
-from birdstrike.inversion.misfit import rms
-
-CHANGED = 8  # directions a channel of the discrepancy that an effect may change
-TRENDS = 3  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
-SHARE = 0.2  # of a signature: how far the answers of two sound models to one effect lie apart
-IN_COMMON = 0.5  # of that variance: a model that answers more strongly does so in all channels
-PHYSICAL = 0.2  # of the variance of what a shot has for itself: speed, aim, support are never repeated exactly
-FAST = 0.3  # of that variance: ringing of shells and contact, which repeats in no record and no mesh, block by block
-UNSEEN_SHARE = 1e-6  # of the peak: a signature below it moves no sensor of that kind
-
-
-@dataclass(frozen=True)
-class Places:
-    """Where the system is linearised. z: shot -> (k,) fractions of the ranges; h: suspect's label -> size."""
-
-    z: Mapping[str, Array]
-    h: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -78,9 +71,11 @@ class Block:
 class System:
     """blocks: by kind; smooth: kind -> (p, p) whitened covariance of something else. columns: (n, m) whitened: the
     residual at the places, J by one prior standard deviation of each parameter, unnamed errors, nuisances by one
-    standard deviation of each, G and D of each suspect, model error that effects change, what another lattice moves;
-    at: name -> their indices; dz: (r,) how far the places lie from the priors' means; priors: of each shot's
-    parameters, the shots in the order of J; noise: Cholesky factor (n, n).
+    standard deviation of each, G and D of each candidate effect, model error that effects change, what another lattice
+    moves; at: name -> their indices; dz: (r,) how far the places lie from the priors' means; priors: of each shot's
+    parameters, the shots in the order of J; noise: Cholesky factor (n, n); numerical_variance: shot -> (n,) SI
+    squared, of emulator and mesh correction at its points; roughness: see `Linearisation`; moved: label ->
+    `share_moved`.
     """
 
     blocks: tuple[Block, ...]
@@ -90,7 +85,7 @@ class System:
     dz: Array
     priors: Mapping[str, NormalPrior]
     noise: Array
-    numerical: Mapping[str, Array]
+    numerical_variance: Mapping[str, Array]
     roughness: Array
     moved: Mapping[str, float]
 
@@ -104,105 +99,18 @@ class System:
         """The blocks with something else in F."""
         return tuple(Block.of(one.kind, one.rows, one.F + self.smooth[one.kind], one.U) for one in self.blocks)
 
-    def numerical_variance(self, shot: str) -> Array:
-        """(n,) variance, SI squared, of emulator and mesh correction at a shot's points."""
-        return self.numerical[shot]
-
 
 @dataclass(frozen=True)
 class Options:
     """Choices of the system that a sensitivity study changes. emulator: whether the emulator's error is in it."""
 
     parameter_length: float = PARAMETER_LENGTH
-    share: float = SHARE
     emulator: bool = True
-
-
-@dataclass(frozen=True)
-class Linearisation:
-    """All shots at the places about which the system is linear, each with its curves there."""
-
-    shots: Sequence[Shot]
-    places: Places
-
-    @cached_property
-    def z(self) -> list[Array]:
-        """(k,) of each shot."""
-        return [self.places.z[shot.name] for shot in self.shots]
-
-    @cached_property
-    def grids(self) -> list[Array]:
-        """(grid,) curves of each shot."""
-        return [shot.setup.grid(own[None])[0] for shot, own in zip(self.shots, self.z, strict=True)]
-
-    @cached_property
-    def means(self) -> list[Array]:
-        """(n,) those at each record's points."""
-        return [shot.sample(grid[None])[0] for shot, grid in zip(self.shots, self.grids, strict=True)]
-
-    @cached_property
-    def priors(self) -> dict[str, NormalPrior]:
-        """Of each shot's parameters."""
-        return {shot.name: shot.setup.plan.prior for shot in self.shots}
-
-    @cached_property
-    def jacobians(self) -> list[Array]:
-        """(k, n) of each shot."""
-        return [shot.sample(shot.setup.jacobian(own).T) for shot, own in zip(self.shots, self.z, strict=True)]
-
-    @cached_property
-    def peaks(self) -> list[Array]:
-        """(channels,) of every shot: largest magnitude of the model's or the record's curve, whichever is larger."""
-        found = []
-        for shot, mean in zip(self.shots, self.means, strict=True):
-            own = [float(np.abs(mean[shot.record.channel == i]).max()) for i in range(len(shot.record.traces))]
-            found.append(np.maximum(own, [trace.peak for trace in shot.record.traces]))
-        return found
-
-    @cached_property
-    def roughness(self) -> Array:
-        """(k,) inverse lengths, in ranges, over which the discrepancy changes with the parameters at the least.
-
-        One range for the parameter that moves the curves most, the others by how much less they move them.
-        """
-        size = np.zeros(len(self.shots[0].setup.lows))
-        for shot, jacobian in zip(self.shots, self.jacobians, strict=True):
-            for i, trace in enumerate(shot.record.traces):
-                size += (jacobian[:, shot.record.channel == i] ** 2).mean(axis=1) / trace.peak**2
-        return np.sqrt(size / max(float(size.max()), 1e-300))
-
-    @cached_property
-    def numerical_roughness(self) -> Array:
-        """(k,) the same of numerical errors: by the lengths over which a finer mesh changes the curves, where known."""
-        lengths = self.shots[0].setup.mesh.lengths
-        return self.roughness if lengths is None else 1.0 / np.asarray(lengths)
-
-    @property
-    def near(self) -> Nearness:
-        """How far the shots share numerical errors, and those of signatures."""
-        return Nearness(self.shots, self.z, self.numerical_roughness)
-
-    def discrepancy_shared(self, i: int, j: int, length: float) -> float:
-        """Correlation of two shots' discrepancies; length: factor on the lengths over which it changes.
-
-        They are shorter where what a finer mesh changes, the one discrepancy that is seen at many parameters, has a
-        shorter length.
-        """
-        return alike(self.z[i], self.z[j], np.maximum(self.numerical_roughness, self.roughness), length)
-
-    def rows(self, kind: str) -> np.ndarray:
-        """Of the records that are of one kind of sensor."""
-        kinds = [np.array(shot.kinds)[shot.record.channel] for shot in self.shots]
-        return np.flatnonzero(np.concatenate(kinds) == kind)
-
-    def by_shot(self, column: Array) -> list[Array]:
-        """The shots' parts of a column over all records."""
-        return np.split(column, np.cumsum([len(shot.record.values) for shot in self.shots])[:-1])
 
 
 def build(
     shots: Sequence[Shot],
-    found: Sequence[Suspect],
+    found: Sequence[CandidateEffect],
     places: Places,
     known: Amplitudes,
     shapes: Mapping[str, Shape],
@@ -212,22 +120,22 @@ def build(
     at = Linearisation(shots, places)
     noise = np.linalg.cholesky(np.asarray(block_diag(*(shot.record.covariance() for shot in shots))))
     white = Whitener(noise)
-    signatures, library = {one.label: _signature(one, at) for one in found}, _unnamed(at)
-    parts = _columns(at, found, signatures, library, options)
-    parts["changed"] = at.near.shared(_changed(at, shapes, known))
+    signatures, library = {one.label: signature(one, at) for one in found}, unnamed_errors(at)
+    parts = _columns(at, found, signatures, library)
+    parts["changed"] = at.near.shared(changed_by_effects(at, shapes, known))
     parts["lattice"] = lattice_columns([shot.lattice_moves for shot in shots])
-    directions = _numerical(at, options.emulator)
+    directions = numerical_error(at, options.emulator)
     numerical = white(directions)
     blocks, smooth = list[Block](), dict[str, Array]()
     for kind in known.nodes:
         rows = at.rows(kind)
         cut = np.ix_(rows, rows)
-        together, apart = _model_error(at, kind, library, known, shapes, options)
+        together, apart = model_error(at, kind, library, known, shapes, options.parameter_length)
         shared, own = white.both(together), white.both(apart)
-        free, held = (own, shared) if kind in known.learnt else (_lone(shared, own), own)
+        free, held = (own, shared) if kind in known.learnt else (without_baseline(shared, own), own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
-        smooth[kind] = white.both(_smooth(at, kind, signatures, found))[cut]
+        smooth[kind] = white.both(something_else(at, kind, signatures, found))[cut]
     variances = at.by_shot((directions**2).sum(axis=1))
     return System(
         blocks=tuple(blocks),
@@ -237,85 +145,34 @@ def build(
         dz=np.concatenate([prior.deviations(z) for prior, z in zip(at.priors.values(), at.z, strict=True)]),
         priors=at.priors,
         noise=noise,
-        numerical={shot.name: part for shot, part in zip(shots, variances, strict=True)},
+        numerical_variance={shot.name: part for shot, part in zip(shots, variances, strict=True)},
         roughness=at.roughness,
-        moved={one.label: _share_moved(at, signatures[one.label]) for one in found if one.response},
+        moved={one.label: share_moved(at, signatures[one.label]) for one in found if one.response},
     )
 
 
 def _columns(
-    at: Linearisation,
-    found: Sequence[Suspect],
-    signatures: Mapping[str, Array],
-    library: Sequence[Array],
-    options: Options,
+    at: Linearisation, found: Sequence[CandidateEffect], signatures: Mapping[str, Array], library: Sequence[Array]
 ) -> dict[str, Array]:
     """(n, ...) by name, not whitened: residual, parameters, unnamed errors, nuisances, effects with their errors."""
     sizes = at.places.h
     y = np.concatenate([shot.record.values - mean for shot, mean in zip(at.shots, at.means, strict=True)])
     y = y - sum(
-        _change(one, at, h) if one.fault else h * signatures[one.label] for one in found if (h := sizes.get(one.label))
+        change(one, at, h) if one.fault else h * signatures[one.label] for one in found if (h := sizes.get(one.label))
     )
     bent = any(one.bends and sizes.get(one.label) for one in found)
     parts: dict[str, Array] = {
         "y": y[:, None],
         "J": np.asarray(block_diag(*(J.T * p.sd for J, p in zip(at.jacobians, at.priors.values(), strict=True)))),
-        "unnamed": np.vstack(_unnamed(at, sizes) if bent else library),
+        "unnamed": np.vstack(unnamed_errors(at, sizes) if bent else library),
         "nuisance": _nuisances(at),
     }
     for one in found:
         parts[one.label] = signatures[one.label][:, None]
         if one.response:
-            parts[f"error of {one.label}"] = _learnt_error(one, at, signatures[one.label])
-            trends = _trends(at, signatures[one.label], options.share)
-            parts[f"error of {one.label} in other models"] = at.near.shared(trends)
+            parts[f"error of {one.label}"] = learnt_error(one, at, signatures[one.label])
+            parts[f"error of {one.label} in other models"] = at.near.shared(trends(at, signatures[one.label]))
     return parts
-
-
-def _model_error(
-    at: Linearisation,
-    kind: str,
-    library: Sequence[Array],
-    known: Amplitudes,
-    shapes: Mapping[str, Shape],
-    options: Options,
-) -> tuple[Array, Array]:
-    """(n, n) of what shots share, and of what each has for itself, for an amplitude of 1 of one kind of sensor."""
-    along = _along_library(at, library, kind)
-    grown = _grown(at, along, shapes) if kind in known.learnt else None
-    physical = np.asarray(block_diag(*(part.T @ part for part in along)))
-    sizes = [_size(shot, kind, peak) ** 2 for shot, peak in zip(at.shots, at.peaks, strict=True)]
-    own = (1.0 - PHYSICAL - FAST) * _unrepeated(at, kind, shapes) + PHYSICAL * physical
-    own = own + FAST * np.diag(np.concatenate(sizes))
-    return _discrepancy(at, kind, shapes, options.parameter_length, grown), own
-
-
-@dataclass(frozen=True)
-class Nearness:
-    """How far shots share an error: by how near their parameters z (k,) lie; weight: see `alike`."""
-
-    shots: Sequence[Shot]
-    z: Sequence[Array]
-    weight: Array
-
-    def shared(self, factors: Sequence[Mapping[str, Array]]) -> Array:
-        """(n, ...) directions, one standard deviation each, of an error that every shot has by itself.
-
-        factors: source -> (n, q) of each shot; none of a shot that has not the error.
-        """
-        acting = [i for i, own in enumerate(factors) if own]
-        near = np.array([[alike(self.z[i], self.z[j], self.weight) for j in acting] for i in acting])
-        share = np.zeros((len(factors), len(acting)))
-        if acting:
-            share[acting] = np.linalg.cholesky(near + 1e-9 * np.eye(len(acting)))
-        rows = _paired(factors, [len(shot.record.values) for shot in self.shots])
-        columns = [np.vstack([part * own for part, own in zip(each, rows, strict=True)]) for each in share.T]
-        return np.hstack([np.zeros((sum(map(len, rows)), 0)), *columns])
-
-
-def _lone(shared: Array, own: Array) -> Array:
-    """The free part where no baseline tells what shots share from what each has for itself."""
-    return (1.0 - OWN_SHARE) * shared + OWN_SHARE * own
 
 
 class Whitener:
@@ -335,23 +192,23 @@ class Whitener:
         return self(self(matrix).T)
 
 
-def changes(one: Suspect, shots: Sequence[Shot], places: Places, sizes: Sequence[float], noise: Array) -> Array:
+def changes(one: CandidateEffect, shots: Sequence[Shot], places: Places, sizes: Sequence[float], noise: Array) -> Array:
     """(n, sizes) whitened change of all records by each size of an instrument's fault; noise: `System.noise`."""
     at = Linearisation(shots, places)
-    found = [_change(one, at, h) for h in sizes]
+    found = [change(one, at, h) for h in sizes]
     return Whitener(noise)(np.array(found).T)
 
 
-def with_fault(system: System, one: Suspect, shots: Sequence[Shot], places: Places) -> System:
+def with_fault(system: System, one: CandidateEffect, shots: Sequence[Shot], places: Places) -> System:
     """A system that stands where no effect is, moved to the size of an instrument's fault, of which alone it knows.
 
     The parameters stay, and with them all that is costly.
     """
     at, white, old = Linearisation(shots, places), Whitener(system.noise), system.at
     parts = {name: system.columns[:, old[name]] for name in ("y", "J", "unnamed", "nuisance")}
-    parts["y"] = parts["y"] - white(_change(one, at, places.h[one.label])[:, None])
-    parts["unnamed"] = white(np.vstack(_unnamed(at, places.h)))
-    parts[one.label] = white(_signature(one, at)[:, None])
+    parts["y"] = parts["y"] - white(change(one, at, places.h[one.label])[:, None])
+    parts["unnamed"] = white(np.vstack(unnamed_errors(at, places.h)))
+    parts[one.label] = white(signature(one, at)[:, None])
     parts |= {name: system.columns[:, old[name]] for name in ("changed", "lattice")}
     return replace(system, columns=np.hstack(list(parts.values())), at=_places_of(parts))
 
@@ -360,64 +217,6 @@ def _places_of(parts: Mapping[str, Array]) -> dict[str, slice]:
     """Where each part stands among the columns."""
     ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
     return {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
-
-
-def _change(one: Suspect, at: Linearisation, h: float) -> Array:
-    """(n,) change of all records by an instrument's fault of size h."""
-    assert one.fault is not None, "a response is a multiple of its signature"
-    parts = [
-        shot.instrument_change(one.fault, grid, h) if _acts(one, shot) else np.zeros(len(shot.record.values))
-        for shot, grid in zip(at.shots, at.grids, strict=True)
-    ]
-    return np.concatenate(parts)
-
-
-def _acts(one: Suspect, shot: Shot) -> bool:
-    return not shot.baseline and shot.name in one.shots
-
-
-def _signature(one: Suspect, at: Linearisation) -> Array:
-    """(n,) by which h changes all records at the places: of a fault the slope there, of a response the change by h = 1.
-
-    They are one but where the response in another case bends otherwise than the first's (`Suspect.response_in`).
-    """
-    parts: list[Array] = []
-    h = at.places.h.get(one.label, 0.0)
-    for shot, z, grid in zip(at.shots, at.z, at.grids, strict=True):
-        if not _acts(one, shot):
-            parts.append(np.zeros(len(shot.record.values)))
-        elif one.fault is not None:
-            parts.append(shot.instrument_signature(one.fault, grid, h))
-        else:
-            parts.append(one.change_in(shot, z, h))
-    return np.concatenate(parts)
-
-
-def _unnamed(at: Linearisation, h: Mapping[str, float] | None = None) -> list[Array]:
-    """(n, q) of each shot: small errors of model and instruments, of the solver's effects, then of every sensor.
-
-    Each of a plausible size; baselines have them too. h: sizes of the effects that a measured shot has, beside which
-    its instruments err. 0 in a shot that cannot have an error, because its case states that effect or has not the
-    sensor.
-
-    Model and test differ by a little of everything that the library lists and more; without these directions every such
-    error would be named as the effect that it imitates (Brynjarsdottir & O'Hagan, Inverse Problems 30 (2014) 114007).
-    They belong to rig and model, and all shots share them. So does the clock of all sensors: what counts as contact.
-    """
-    found: list[dict[str, Array]] = []
-    for shot, own, grid in zip(at.shots, at.z, at.grids, strict=True):
-        responses, sizes = shot.setup.responses, {} if shot.baseline or h is None else h
-        known = instrument_effects(shot.setup.plan.case, shot.setup.channels)
-        faults = [one for one in known if len(one.sensors) == 1 or one.label == TIME_OFFSET]
-        rows = {name: shot.response_to(name, own) for name in responses}
-        rows |= {one.label: shot.instrument_signature(one, grid, sizes.get(one.label, 0.0)) for one in faults}
-        found.append(rows)
-    labels = [*(effects := responses_of(at.shots)), *dict.fromkeys(n for own in found for n in own if n not in effects)]
-    counts = [len(shot.record.values) for shot in at.shots]
-    return [
-        np.array([own.get(label, np.zeros(n)) for label in labels]).reshape(len(labels), n).T
-        for own, n in zip(found, counts, strict=True)
-    ]
 
 
 def _nuisances(at: Linearisation) -> Array:
@@ -433,260 +232,3 @@ def _nuisances(at: Linearisation) -> Array:
             column = found.setdefault(key, np.zeros(ends[-1]))
             column[a:b] = sigma * shot.nuisance_signature(name, z, grid)
     return np.array(list(found.values())).reshape(len(found), ends[-1]).T
-
-
-def lattice_columns(moves: Sequence[Array]) -> Array:
-    """(n, q) one standard deviation each of what another lattice moves; moves: (runs, points) of each shot.
-
-    Their mean is the error of the emulator's own lattice, which all shots share; what runs scatter by about it each
-    shot has for itself. Together they are the runs' second moment.
-    """
-    means = [own.mean(axis=0) if len(own) else np.zeros(own.shape[1]) for own in moves]
-    rest = [(own - mean) / np.sqrt(max(len(own), 1)) for own, mean in zip(moves, means, strict=True)]
-    return np.hstack([np.concatenate(means)[:, None], np.asarray(block_diag(*(own.T for own in rest)))])
-
-
-def _numerical(at: Linearisation, emulator: bool) -> Array:
-    """(n, q) directions, one standard deviation each, of emulator, where it is asked for, and mesh correction.
-
-    Half of the mesh correction's variance is given to a process of their size
-    that is independent of directions (they are fewer than the directions). Shots share them as far as their
-    parameters are alike; the extrapolation to finer meshes they share wholly.
-    """
-    pairs = list(zip(at.shots, at.z, strict=True))
-    factors = [_own_factors(shot, z, emulator) for shot, z in pairs]
-    finer = np.concatenate([shot.sample(shot.setup.mesh.extrapolation(z)[None])[0] for shot, z in pairs])
-    return np.hstack([at.near.shared(factors), finer[:, None]])
-
-
-def _paired(factors: Sequence[Mapping[str, Array]], points: Sequence[int]) -> list[Array]:
-    """(n, q) of each shot, a direction in the same column in all of them; 0 where a shot has it not.
-
-    factors: source -> (n, q) of each shot; points: n of each. The shots' channels, and how many directions each source
-    has, may differ.
-    """
-    widths: dict[str, int] = {}
-    for own in factors:
-        for source, columns in own.items():
-            widths[source] = max(widths.get(source, 0), columns.shape[1])
-    found = []
-    for own, n in zip(factors, points, strict=True):
-        none = np.zeros((n, 0))
-        parts = [own.get(source, none) for source in widths]
-        padded = [
-            np.pad(part, ((0, 0), (0, width - part.shape[1])))
-            for part, width in zip(parts, widths.values(), strict=True)
-        ]
-        found.append(np.hstack([none, *padded]))
-    return found
-
-
-def _own_factors(shot: Shot, z: Array, with_emulator: bool) -> dict[str, Array]:
-    """Source -> (n, q) of one shot: by channel the emulator, components of the mesh, what they leave, the process."""
-    found: dict[str, Array] = {}
-    if with_emulator:
-        own = shot.setup.emulator_factors(z)
-        found |= {f"emulator {channel}": shot.sample(rows).T for channel, rows in own.items()}
-    drawn, count = shot.sample(shot.setup.mesh.factor(z)).T, len(shot.setup.mesh.processes)
-    found |= {"mesh": np.sqrt(0.5) * drawn[:, :count], "beside the mesh": np.sqrt(0.5) * drawn[:, count:]}
-    process = _process(shot, np.sqrt((drawn**2).sum(axis=1)))
-    return found | {f"process {channel}": np.sqrt(0.5) * columns for channel, columns in process.items()}
-
-
-def _process(shot: Shot, size: Array) -> dict[str, Array]:
-    """Channel -> (n, q) factor of a process of standard deviation `size` (n,), smoothed, 0 in the other channels.
-
-    The largest direction first, so that shots can share them.
-    """
-    found: dict[str, Array] = {}
-    for i, (channel, modes) in enumerate(zip(shot.channels, shot.process_modes, strict=True)):
-        of, count = shot.record.channel == i, len(modes)
-        width = max(count // 10, 1)
-        kernel = np.ones(2 * width + 1)
-        power = np.convolve(size[of] ** 2, kernel, "same") / np.convolve(np.ones(count), kernel, "same")
-        found[channel] = np.zeros((len(size), modes.shape[1]))
-        found[channel][of] = np.sqrt(power)[:, None] * modes
-    return found
-
-
-def _size(shot: Shot, kind: str, peaks: Array) -> Array:
-    """(n,) peak of each point's channel; 0 in those of another kind."""
-    return np.where(np.array(shot.kinds)[shot.record.channel] == kind, peaks[shot.record.channel], 0.0)
-
-
-def _discrepancy(
-    at: Linearisation, kind: str, shapes: Mapping[str, Shape], length: float, library: Sequence[Array] | None
-) -> Array:
-    """(n, n) for an amplitude of 1 of one kind of sensor: the part that shots share.
-
-    length: factor on the lengths over which it changes with the parameters. A process in each channel; with baselines
-    also along the library's signatures (library: (q, n) of each shot): there it counts by what it changes from bird to
-    bird, which is another load, and that moves all sensors at once.
-    """
-    shots, peaks = at.shots, at.peaks
-    starts = np.cumsum([0, *(len(shot.record.values) for shot in shots)])
-    whole = np.zeros((starts[-1], starts[-1]))
-    for i, shot in enumerate(shots):
-        for j, other in enumerate(shots):
-            block = _block(shot, other, kind, shapes, peaks[i], peaks[j])
-            if library is not None:
-                block += library[i].T @ library[j]
-            whole[starts[i] : starts[i + 1], starts[j] : starts[j + 1]] = at.discrepancy_shared(i, j, length) * block
-    return whole
-
-
-def _unrepeated(at: Linearisation, kind: str, shapes: Mapping[str, Shape]) -> Array:
-    """(n, n) what each shot has for itself in any direction, for an amplitude of 1: a run's scatter.
-
-    Until simulations have shown how runs scatter, a process in each channel stands for it.
-    """
-    if all(len(shot.setup.scatter) for shot in at.shots):
-        return _scattered(at, kind)
-    own = [_block(shot, shot, kind, shapes, peak, peak) for shot, peak in zip(at.shots, at.peaks, strict=True)]
-    return np.asarray(block_diag(*own))
-
-
-def _scattered(at: Linearisation, kind: str) -> Array:
-    """(n, n) by what runs differ that lattices alone part, in the channels of one kind, for an amplitude of 1.
-
-    A bird that breaks up strikes anew in every shot: what one strike has by chance acts on all sensors at once.
-    """
-    blocks = []
-    for shot, peak in zip(at.shots, at.peaks, strict=True):
-        rows = shot.scatter.copy()
-        for i, name in enumerate(shot.kinds):
-            of = shot.record.channel == i
-            size = float(np.sqrt((rows[:, of] ** 2).sum(axis=0).mean()))
-            rows[:, of] *= peak[i] / size if name == kind and size else 0.0
-        blocks.append(rows.T @ rows)
-    return np.asarray(block_diag(*blocks))
-
-
-def _along_library(at: Linearisation, library: Sequence[Array], kind: str) -> list[Array]:
-    """(q, n) of each shot: the library's signatures in one kind of sensor, alike in size, for an amplitude of 1."""
-    found = []
-    for shot, own, peak in zip(at.shots, library, at.peaks, strict=True):
-        of_kind = np.array(shot.kinds)[shot.record.channel] == kind
-        rows = np.where(of_kind, own.T, 0.0)
-        power = ((rows / peak[shot.record.channel]) ** 2).sum(axis=1) / max(of_kind.sum(), 1)
-        seen = power > UNSEEN_SHARE**2
-        scale = np.divide(seen, np.sqrt(power), out=np.zeros_like(power), where=seen)
-        found.append(scale[:, None] * rows / np.sqrt(max(seen.sum(), 1)))
-    return found
-
-
-def _grown(at: Linearisation, rows: Sequence[Array], shapes: Mapping[str, Shape]) -> list[Array]:
-    """Rows (q, n) of each shot, larger where the discrepancy grows."""
-    found = []
-    for shot, own in zip(at.shots, rows, strict=True):
-        growth = [np.interp(one.middle, shot.setup.time, shapes[one.name].growth) for one in shot.record.traces]
-        found.append(own * np.concatenate(growth))
-    return found
-
-
-def _block(shot: Shot, other: Shot, kind: str, shapes: Mapping[str, Shape], peaks: Array, theirs: Array) -> Array:
-    """(n, n') of two shots' channels of one kind; different channels are independent."""
-    block = np.zeros((len(shot.record.values), len(other.record.values)))
-    for i, trace in enumerate(shot.record.traces):
-        if shot.kinds[i] != kind or trace.name not in other.channels:
-            continue
-        j = other.channels.index(trace.name)
-        shape, again = shapes[trace.name], other.record.traces[j]
-        rows, columns = np.flatnonzero(shot.record.channel == i), np.flatnonzero(other.record.channel == j)
-        kernel = started(trace.middle - shot.onset, again.middle - other.onset, 0.0, shape.length)
-        left = peaks[i] * np.interp(trace.middle, shot.setup.time, shape.growth)
-        right = theirs[j] * np.interp(again.middle, other.setup.time, shape.growth)
-        block[np.ix_(rows, columns)] = left[:, None] * kernel * right
-    return block
-
-
-def _smooth(at: Linearisation, kind: str, signatures: Mapping[str, Array], found: Sequence[Suspect]) -> Array:
-    """(n, n) of something else: smooth in time, as large as the library's signatures are, in the measured shots."""
-    own = [signatures[one.label] ** 2 for one in found if one.response]
-    size = np.sqrt(np.mean(own, axis=0)) if own else np.zeros(sum(len(shot.record.values) for shot in at.shots))
-    blocks, first = [], 0
-    for shot in at.shots:
-        for i, trace in enumerate(shot.record.traces):
-            n = len(trace.values)
-            own = size[first : first + n]
-            first += n
-            if shot.baseline or shot.kinds[i] != kind:
-                blocks.append(np.zeros((n, n)))
-                continue
-            t = trace.middle
-            kernel = started(t, t, shot.onset, shot.shapes[trace.name].length)
-            blocks.append(rms(own) ** 2 * kernel)
-    return np.asarray(block_diag(*blocks))
-
-
-def _learnt_error(one: Suspect, at: Linearisation, column: Array) -> Array:
-    """(n, q) what simulations leave unknown of a signature for h = 1: errors of regression, and their scatter.
-
-    Shots of one case share it: they have one response. In another case it was learnt from other simulations.
-    """
-    found: list[dict[str, Array]] = []
-    for shot, z, own in zip(at.shots, at.z, at.by_shot(column), strict=True):
-        if not np.any(own):
-            found.append({})
-            continue
-        response, size = one.response_in(shot, at.places.h.get(one.label, 0.0))
-        scatter = response.scatter_at(z)[[shot.setup.channels.index(c) for c in shot.channels]]
-        parts = {f"learnt {id(shot.setup)}": size * shot.sample(response.error_at(z)).T}
-        if scatter.any():
-            parts[f"scatter {id(shot.setup)}"] = size * (shot.scatter * scatter[shot.record.channel]).T
-        found.append(parts)
-    return np.vstack(_paired(found, [len(shot.record.values) for shot in at.shots]))
-
-
-def _trends(at: Linearisation, column: Array, size: float) -> list[dict[str, Array]]:
-    """Slow trends in time of a signature, in common and by channel: what another sound model would answer.
-
-    Of each shot; a model that answers otherwise in one shot does so in all shots of such birds.
-    """
-    found: list[dict[str, Array]] = []
-    for shot, own in zip(at.shots, at.by_shot(column), strict=True):
-        if not np.any(own):
-            found.append({})
-            continue
-        x = 2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0
-        trends = np.transpose(
-            [np.sqrt((2.0 * k + 1.0) / TRENDS) * size * eval_legendre(k, x) * own for k in range(TRENDS)]
-        )
-        parts = {"": np.sqrt(IN_COMMON) * trends}
-        for i, trace in enumerate(shot.record.traces):
-            parts[trace.name] = np.sqrt(1.0 - IN_COMMON) * trends * (shot.record.channel == i)[:, None]
-        found.append(parts)
-    return found
-
-
-def _changed(at: Linearisation, shapes: Mapping[str, Shape], known: Amplitudes) -> list[dict[str, Array]]:
-    """Directions of the discrepancy that baselines share, by channel, in each measured shot: none without baselines.
-
-    A model-form error is a share of the response. An effect that changes the response by a share changes it by that
-    share of itself, in a way that the baseline cannot know, alike in shots of birds that are alike.
-    """
-    found: list[dict[str, Array]] = []
-    for shot, peaks in zip(at.shots, at.peaks, strict=True):
-        own: dict[str, Array] = {}
-        for i, trace in enumerate(shot.record.traces):
-            if shot.baseline or shot.kinds[i] not in known.learnt:
-                continue
-            shape = shapes[trace.name]
-            size = known.fixed[shot.kinds[i]] * peaks[i] * np.interp(trace.middle, shot.setup.time, shape.growth)
-            modes = size[:, None] * process_modes(trace.middle, shot.onset, shape.length, CHANGED)
-            own[trace.name] = np.zeros((len(shot.record.values), modes.shape[1]))
-            own[trace.name][shot.record.channel == i] = modes
-        found.append(own)
-    return found
-
-
-def _share_moved(at: Linearisation, signature: Array) -> float:
-    """RMS of a signature over that of the curves, the channels weighed alike, for h = 1."""
-    ratios = []
-    for shot, own, mean in zip(at.shots, at.by_shot(signature), at.means, strict=True):
-        if shot.baseline:
-            continue
-        for i in range(len(shot.record.traces)):
-            of = shot.record.channel == i
-            ratios.append(float((own[of] ** 2).mean() / max(float((mean[of] ** 2).mean()), 1e-300)))
-    return float(np.sqrt(np.mean(ratios))) if ratios else 0.0

@@ -23,10 +23,10 @@ than 0.2 %; beyond 10 % nobody would calibrate the model (Oberkampf & Roy, Verif
 ch. 12)."""
 STATED, UNKNOWN = "stated in the case", f"unknown: marginalised over {100 * LEAST:g} to {100 * MOST:g} % of the peak"
 NODES = 10  # a factor of 1.5 apart
-REMAINDER = {"displacement": 0.005, "strain": 0.01}
-OTHER_REMAINDER = 0.03
-"""Of the peak: independent part of a shot beside a baseline (brief of the second design: 0.5 % displacement, 3 % force:
-a repeated shot of one rig scatters by as much; a strain is a derivative, hence between)."""
+REPEATABILITY = {"displacement": 0.005, "strain": 0.01}
+OTHER_REPEATABILITY = 0.03
+"""Of the peak: independent part of a shot beside a baseline. A repeated shot of one rig scatters by about 0.5 % in
+displacement and 3 % in force; a strain is a derivative, hence between."""
 SPREAD_OWN = 2.0
 """Factor, one standard deviation, within which the independent part is known, which is marginalised: single runs of one
 strike scatter by 0.3 % of the peak of the displacement where the bird is viscous and by 1.6 % where it is not."""
@@ -37,8 +37,9 @@ another."""
 SHARED_FACTOR = 2.0  # on the baselines' amplitude: one record gives it within a factor; too large costs little
 FEWER = 6  # nodes where there are more than two kinds of sensors
 PARAMETER_LENGTH = 1.0
-"""Factor on the lengths over which the discrepancy changes with the parameters: see `system.roughness`."""
+"""Factor on the lengths over which the discrepancy changes with the parameters: see `Linearisation.roughness`."""
 GROWTH_WINDOW = 0.15  # of the record: over which the growth in time is averaged
+SLOPE_WINDOW = 0.02  # of the record: over which curves are averaged before their slopes are taken
 CHANCE = 0.95  # quantile of the ratio of two windows' variances that no growth would exceed
 UNCLEAN = 0.05
 """Share of the peak: a baseline whose discrepancy is larger is hardly one in which nothing is amiss, and of a sensor
@@ -97,19 +98,23 @@ def shape_of(draws: Array, curve: Array, time: Array) -> Shape:
     span = float(time[-1] - time[0])
     if not len(draws) or not np.any(draws):
         return Shape(np.ones(len(time)), UNSEEN * span)
-    smooth = np.array([_running(row, 0.02) for row in draws])
+    smooth = np.array([_over_window(row, SLOPE_WINDOW) for row in draws])
     slope = np.gradient(smooth, time, axis=1)
     length = float(np.sqrt(5.0 / 3.0 * (smooth**2).mean() / max((slope**2).mean(), 1e-300)))
     length = float(np.clip(length, FASTEST * span, SLOWEST * span))
     freedom = max(GROWTH_WINDOW * span / length, 1.0) * np.linalg.matrix_rank(draws)
-    power = _running((draws**2).mean(axis=0))
+    power = _over_window((draws**2).mean(axis=0), GROWTH_WINDOW)
     ratio = power / max(float(power[int(np.argmax(np.abs(curve)))]), 1e-300) / fdist.ppf(CHANCE, freedom, freedom)
     return Shape(np.sqrt(np.maximum.accumulate(np.maximum(ratio, 1.0))), length)
 
 
-def _running(values: Array, share: float = GROWTH_WINDOW) -> Array:
-    """Mean (m,) over a window of the record."""
-    width = max(int(share * len(values)), 1)
+def _over_window(values: Array, share: float) -> Array:
+    """(m,) running mean over a share of the record."""
+    return running_mean(values, max(int(share * len(values)), 1))
+
+
+def running_mean(values: Array, width: int) -> Array:
+    """(m,) mean over `width` points about each of (m,); near an end over those that there are."""
     kernel = np.ones(width)
     return np.convolve(values, kernel, "same") / np.convolve(np.ones(len(values)), kernel, "same")
 
@@ -179,7 +184,7 @@ def unknown_or_stated(kinds: Sequence[str], stated: Mapping[str, float], several
     grid = np.geomspace(LEAST, MOST, node_count(kinds))
     found = {kind: np.array([stated[kind]]) if kind in stated else grid for kind in kinds}
     flat = {kind: np.full(len(v), -np.log(len(v))) for kind, v in found.items()}
-    own = {kind: remainder(kind) if several else 0.0 for kind in kinds}
+    own = {kind: repeatability(kind) if several else 0.0 for kind in kinds}
     source = STATED if all(kind in stated for kind in kinds) else UNKNOWN
     return Amplitudes(found, flat, own, source)
 
@@ -204,7 +209,7 @@ def beside_baselines(
     weights = -0.5 * (np.log(factors) / np.log(SPREAD_OWN)) ** 2
     weights = weights - np.log(np.exp(weights).sum())
     part = SHARED_FACTOR * float(np.sqrt(1.0 - OWN_SHARE))
-    found = {**unknown.nodes, **{kind: scale * remainder(kind) * factors for kind in learnt}}
+    found = {**unknown.nodes, **{kind: scale * repeatability(kind) * factors for kind in learnt}}
     prior = {**unknown.log_prior, **dict.fromkeys(learnt, np.asarray(weights))}
     fixed = {**unknown.fixed, **{kind: part * shown[kind] for kind in learnt}}
     source = many(count, "baseline shot")
@@ -214,6 +219,6 @@ def beside_baselines(
     return Amplitudes(found, prior, fixed, source, learnt)
 
 
-def remainder(kind: str) -> float:
+def repeatability(kind: str) -> float:
     """Default share of the peak of a shot's own part."""
-    return REMAINDER.get(kind, OTHER_REMAINDER)
+    return REPEATABILITY.get(kind, OTHER_REPEATABILITY)

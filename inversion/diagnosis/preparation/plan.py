@@ -13,7 +13,6 @@ import math
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.linalg import hadamard
@@ -23,15 +22,12 @@ from birdstrike.data.histories import Array
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.doe.external.deck import unsupported_by_deck
+from birdstrike.inversion.diagnosis.preparation.candidate_sensors import with_candidate_sensors
 from birdstrike.inversion.estimation.mesh_correction import FINE_RUNS, FINER_SHELLS, fine_mesh, spread
 from birdstrike.inversion.estimation.prior import NormalPrior
-from birdstrike.solver.build import Outline, outline_of, rest_mesh
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
-from birdstrike.solver.effects.registry import effects, effects_of
-from birdstrike.solver.sensors.displacement import Displacement
-from birdstrike.solver.sensors.places import point_at
-from birdstrike.solver.sensors.sensor import Placed, Sensor
+from birdstrike.solver.effects.registry import effects_of
 
 COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
 """Particles of the campaign, and the least number of shells a side."""
@@ -41,14 +37,6 @@ LATTICES = 4  # fine simulations that are repeated on the other lattice
 OTHER_LATTICE = {"fcc": "cubic", "cubic": "fcc"}
 JITTER = 0.1  # of the spacing: each pair of the design has a lattice of its own, so that their mean has none
 OF_ONE_SEED, SEEDS = 1000, 2_000_000  # lattices of one seed of a plan, and seeds with lattices of their own
-LEVEL = 2.0  # plausible sizes of an effect in the design: large beside the particles' scatter, still linear
-GENTLER = {"plate_preload": 0.5}
-"""Plausible sizes where LEVEL leaves the linear range: a fifth of the buckling load is the size of a preload, and the
-first frequency's square changes by a tenth at half of that (Leissa 1969, sect. 10.4)."""
-RESOLVED = {"bird_porosity": 3000}
-"""Particles of a bird below which an effect's response is not that of a finer one: air in a bird of 1000 moves the
-plate by 0.62 of what it does in one of 3200, in one of 3000 by 0.89 (docs/limits.md)."""
-INSTRUMENT = ("time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift")
 WIDEST = 5.0  # plausible sizes up to which an effect of the solver is looked for
 
 
@@ -213,7 +201,7 @@ def levels(known: Known) -> tuple[float, float]:
     The lower level is at most half of the least magnitude that means anything. Of an effect of which the case declares
     so little that L cannot be taken away, the upper one stays at L: else its response would drown in the scatter.
     """
-    top = GENTLER.get(known.name, LEVEL)
+    top = known.effect.level
     if known.one_sided:
         return 0.0, top
     low = min(top, 0.5 * abs(known.least))
@@ -222,7 +210,7 @@ def levels(known: Known) -> tuple[float, float]:
 
 def make_plan(case: Case, runs: int = RUNS, seed: int = 0, first: Case | None = None) -> Plan:
     """The plan of a case; first: by whose effects' plausible sizes magnitudes are counted, of several cases."""
-    probed = with_probes(case)
+    probed = with_candidate_sensors(case)
     coarse, fine = meshes(probed)
     space = ParameterSpace.of(case.parameters())
     unit = make_design("uniform", space, runs, seed).unit
@@ -247,7 +235,7 @@ def blocks(case: Case, coarse: Case, known: Sequence[Known]) -> tuple[Block, ...
     least = min(max(case.bird.particles, COARSE_PARTICLES), RESPONSE_PARTICLES)
     found: dict[int, list[Known]] = {}
     for one in known:
-        found.setdefault(max(least, RESOLVED.get(one.name, 0)), []).append(one)
+        found.setdefault(max(least, one.effect.particles), []).append(one)
     return tuple(
         Block(coarse.with_mesh(particles, coarse.plate.elements), tuple(own), two_level(len(own)))
         for particles, own in sorted(found.items())
@@ -272,7 +260,7 @@ def library(case: Case, first: Case) -> tuple[tuple[Known, ...], dict[str, str]]
     """
     known, refused = [], dict[str, str]()
     for name, effect in effects_of(case).items():
-        if name in INSTRUMENT:
+        if effect.fault is not None:
             continue
         if reason := effect.refuses(case) or _declared(case, name) or unsupported_by_deck(case, name):
             refused[name] = reason
@@ -318,92 +306,3 @@ def two_level(columns: int) -> Array:
 def labelled(cases: Sequence[Mapping[str, Case]]) -> dict[str, Case]:
     """Several sets of cases as one."""
     return {label: case for part in cases for label, case in part.items()}
-
-
-PREFIX = "probe_"
-PLACES = {"centre": (0.0, 0.0), "fore": (0.25, 0.0), "aft": (-0.25, 0.0), "side": (0.0, 0.25), "corner": (0.25, 0.25)}
-"""Place's name -> shares of length and width from the middle of what is struck."""
-STRAINS = ("centre", "fore", "side")
-TOO_NEAR = 0.02  # of length and width: a sensor that near to one of its kind shows nothing new
-
-
-def with_probes(case: Case) -> Case:
-    """The case with every candidate sensor that it does not have; the strike itself is not touched.
-
-    An external solver writes what its deck asks for, and nothing more.
-    """
-    if case.solver.name == "external":
-        return case
-    return _with_own_instruments(case).with_sensors(candidates(case))
-
-
-def _with_own_instruments(case: Case) -> Case:
-    """The case with what its effects make of its sensors' instruments written there, so that they stay these sensors'.
-
-    The effects act on displacements where there are any, so that a case of strains would lose them to the candidates.
-    The clock is that of all sensors.
-    """
-    own = {name: x for name, x in case.effects.items() if name in INSTRUMENT and name != "time_offset"}
-    if not own:
-        return case
-    rest = case.with_effects({name: x for name, x in case.effects.items() if name not in own})
-    table: dict[str, dict[str, Any]] = {}
-    for name, x in own.items():
-        for sensor, settings in effects()[name].change(rest, x).get("instrument", {}).items():
-            table.setdefault(sensor, {}).update(settings)
-    return rest.overlaid({"instrument": table})
-
-
-def _has(case: Case, kind: str, place: Array, outline: Outline) -> bool:
-    """Whether the case has a sensor of that kind at a place, or so near that another one would be the same again."""
-    own = [_seen(case, sensor, outline) for sensor in case.sensors.values() if sensor.kind == kind]
-    return any(one is not None and bool((np.abs(one - place) <= TOO_NEAR * outline.sides).all()) for one in own)
-
-
-def _seen(case: Case, sensor: Sensor, outline: Outline) -> Array | None:
-    """Where a sensor sits in the outline's axes, (2,) [m]; None for one that has no place."""
-    if outline.plane is None or not isinstance(sensor, Placed):
-        return None if sensor.place is None else np.array(sensor.place[:2])
-    mesh = rest_mesh(case)
-    return outline.seen(point_at(mesh, *sensor.on(mesh)))[:2]
-
-
-def candidates(case: Case) -> dict[str, Any]:
-    """Tables of the candidate sensors, those left out whose place is on no shell of a mesh from a file.
-
-    The places are shares of the outline; where the struck plane lies aslant they are points in space of the shells that
-    are met there against its normal, and gauges lie along its length.
-    """
-    found: dict[str, Any] = {}
-    outline = outline_of(case)
-    for kind, names in (("displacement", PLACES), ("strain", STRAINS)) if not case.plate.rigid else ():
-        for name in names:
-            place = outline.middle + np.array(PLACES[name]) * outline.sides
-            table = _table(case, place, outline)
-            if table is not None and not _has(case, kind, place, outline):
-                along = {} if kind != "strain" or outline.plane is None else {"along": outline.plane.axes[0].tolist()}
-                found[f"{PREFIX}{kind}_{name}"] = {"kind": kind} | table | along
-    kinds = {sensor.kind for sensor in case.sensors.values()}
-    if "reaction_force" not in kinds:
-        found[f"{PREFIX}reaction_force"] = {"kind": "reaction_force"}
-    return found
-
-
-def _table(case: Case, place: Array, outline: Outline) -> dict[str, Any] | None:
-    """What a sensor at a place (2,) [m] of the outline says of it; None where there is no shell.
-
-    A mesh from a file may have any outline, and holes.
-    """
-    sensor = {"at": [f"{1e3 * x:.6g} mm" for x in place]}
-    if case.mesh_file is None:
-        return sensor
-    mesh = rest_mesh(case)
-    nodes = outline.seen(mesh.nodes)
-    laid, there = replace(mesh, nodes=nodes, surface=nodes[:, :2]), Displacement.model_validate(sensor)
-    if list(there.misplaced("", laid)):
-        return None
-    if outline.plane is None:
-        return sensor
-    facet, xi, eta = there.on(laid)
-    point = [f"{x:.6g} mm" for x in (1e3 * point_at(mesh, facet, xi, eta)).round(6) + 0.0]
-    return {"point": point, "part": mesh.part_of(facet)}

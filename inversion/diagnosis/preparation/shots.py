@@ -18,19 +18,15 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.preparation.discrepancy import Shape, process_modes, shape_of
-from birdstrike.inversion.diagnosis.preparation.instrument import (
-    AS_IT_IS,
-    InstrumentEffect,
-    change,
-    instrument_effects,
-    signature,
-)
+from birdstrike.inversion.diagnosis.preparation.instrument import InstrumentEffect, instrument_effects
 from birdstrike.inversion.diagnosis.preparation.plan import COARSE_PARTICLES
 from birdstrike.inversion.diagnosis.preparation.setup import Setup
 from birdstrike.inversion.observations import reader as observed
 from birdstrike.inversion.observations.baseline import Baseline
+from birdstrike.inversion.observations.expected import Expected
 from birdstrike.inversion.observations.noise import Noise
-from birdstrike.inversion.observations.reader import ChannelRecord, Expected
+from birdstrike.inversion.observations.reader import ChannelRecord
+from birdstrike.solver.effects.fault import AS_IT_IS
 from birdstrike.solver.sensors.instrument import Instrument
 
 MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
@@ -210,13 +206,13 @@ class Shot:
 
     def instrument_signature(self, fault: InstrumentEffect, grid: Array, h: float = 0.0) -> Array:
         """(n,) derivative of the record, by plausible sizes of a fault, where it has h of them; curves (grid,)."""
-        name, time = fault.effect.name, self.setup.time
-        return self._of_sensors(fault, grid, lambda part, own: signature(name, fault.size, time, part, h, own))
+        of, time = fault.fault.signature, self.setup.time
+        return self._of_sensors(fault, grid, lambda part, own: of(fault.size, time, part, h, own))
 
     def instrument_change(self, fault: InstrumentEffect, grid: Array, h: float) -> Array:
         """(n,) change of the record by a fault of h plausible sizes, on the curves (grid,)."""
-        name, time = fault.effect.name, self.setup.time
-        return self._of_sensors(fault, grid, lambda part, own: change(name, h * fault.size, time, part, own))
+        of, time = fault.fault.change, self.setup.time
+        return self._of_sensors(fault, grid, lambda part, own: of(h * fault.size, time, part, own))
 
     def _of_sensors(self, fault: InstrumentEffect, grid: Array, of: Callable[[Array, Instrument], Array]) -> Array:
         """(n,) at the record's points: of a fault's sensors what `of` makes of their curves, 0 of the others."""

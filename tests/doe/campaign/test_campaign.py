@@ -21,7 +21,7 @@ from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.doe.designs.design import Design
-from birdstrike.inversion.train_and_invert import campaign_case
+from birdstrike.inversion.campaign_shots import campaign_case
 from birdstrike.solver.case.case import Case, case_from_table, case_hash, load_case
 from tests.doe.stand_in import TIME, VERSION, attempts, design, recording, reference, strike
 

@@ -23,8 +23,9 @@ from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.doe.external.external import external_solver, simulate_external
+from birdstrike.inversion.extras import Extras
 from birdstrike.inversion.forward import StoredSolver
-from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from tests.doe.campaign.test_interruption import gone, until
 from tests.doe.external_case import CSV, DECK, NODOUT, PROGRAM, UNITS, oscillator, written

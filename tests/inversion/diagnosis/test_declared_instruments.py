@@ -10,9 +10,9 @@ import pytest
 
 from birdstrike.inversion.diagnosis.conclusions import before_and_after
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import case_with
-from birdstrike.inversion.diagnosis.inference.hypotheses import Suspect
-from birdstrike.inversion.diagnosis.preparation.instrument import change, instrument_effects, signature, with_faults
-from birdstrike.inversion.diagnosis.preparation.plan import with_probes
+from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
+from birdstrike.inversion.diagnosis.preparation.candidate_sensors import with_candidate_sensors
+from birdstrike.inversion.diagnosis.preparation.instrument import fault_named, instrument_effects, with_faults
 from birdstrike.solver.case.case import Case, case_from_table, load_case
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, recorded
@@ -39,9 +39,9 @@ def read(case: Case) -> np.ndarray:
     return recorded(case.instrument.get(SENSOR, Instrument()), TIME, SIGNAL)
 
 
-def suspect(case: Case, label: str) -> Suspect:
+def candidate(case: Case, label: str) -> CandidateEffect:
     fault = next(one for one in instrument_effects(case, tuple(case.sensors)) if one.label == label)
-    return Suspect(label, fault.effect.name, "instrument", ("shot",), fault=fault)
+    return CandidateEffect(label, fault.effect.name, "instrument", ("shot",), fault=fault)
 
 
 @pytest.mark.parametrize("declared", DECLARED)
@@ -52,7 +52,7 @@ def test_a_fault_changes_the_curve_as_the_repaired_case_reads_it(name: str, decl
     case = declaring(DECLARED[declared])
     repaired = with_faults(case, [(SENSOR, name, h * SIZES[name])])
     expected = read(repaired) - read(case)
-    found = change(name, h * SIZES[name], TIME, read(case), case.instrument[SENSOR])
+    found = fault_named(name).change(h * SIZES[name], TIME, read(case), case.instrument[SENSOR])
     assert np.abs(found - expected).max() < 2e-3 * np.abs(expected).max()
 
 
@@ -60,8 +60,8 @@ def test_a_fault_changes_the_curve_as_the_repaired_case_reads_it(name: str, decl
 def test_a_signature_beside_a_declared_instrument_is_the_slope_of_the_change(name: str) -> None:
     own = declaring(DECLARED["all"]).instrument[SENSOR]
     curve = recorded(own, TIME, SIGNAL)
-    low, high = (change(name, (2.0 + d) * SIZES[name], TIME, curve, own) for d in (-0.5, 0.5))
-    slope = signature(name, SIZES[name], TIME, curve, 2.0, own)
+    low, high = (fault_named(name).change((2.0 + d) * SIZES[name], TIME, curve, own) for d in (-0.5, 0.5))
+    slope = fault_named(name).signature(SIZES[name], TIME, curve, 2.0, own)
     assert np.abs(slope - (high - low))[20:-20].max() < 0.02 * np.abs(slope).max()
 
 
@@ -79,13 +79,13 @@ COMBINED = {
 def test_a_fault_found_stands_beside_the_effect_that_the_case_declares(name: str, place: str) -> None:
     declared, found, expected = COMBINED[name]
     case = load_case("virtual_strike").with_effects({name: declared})
-    own = case_with(case, [(suspect(case, f"{name}{place}"), found)]).instrument[SENSOR]
+    own = case_with(case, [(candidate(case, f"{name}{place}"), found)]).instrument[SENSOR]
     assert {key: getattr(own, key) for key in expected} == pytest.approx(expected)
 
 
 def test_a_fault_of_one_sensor_leaves_the_declared_effect_of_the_others() -> None:
     case = load_case("virtual_strike").with_effects({"sensor_gain": 0.1})
-    found = case_with(case, [(suspect(case, f"sensor_gain.{SENSOR}"), 0.2)]).instrument
+    found = case_with(case, [(candidate(case, f"sensor_gain.{SENSOR}"), 0.2)]).instrument
     assert found[SENSOR].gain == pytest.approx(1.32)
     assert found["displacement_quarter"].gain == pytest.approx(1.1)
 
@@ -102,7 +102,7 @@ def test_a_fit_at_the_least_magnitude_is_a_case_whatever_the_rounding(name: str,
     case = load_case("virtual_strike", declared)
     least = effects()[name].least(case)
     for value in (least, np.nextafter(least, -np.inf), np.nextafter(least, 0.0)):
-        found = case_with(case, [(Suspect(name, name, "plate", ("shot",)), float(value))])
+        found = case_with(case, [(CandidateEffect(name, name, "plate", ("shot",)), float(value))])
         assert found.effects[name] == pytest.approx(least)
 
 
@@ -149,14 +149,14 @@ def test_an_effect_in_common_acts_on_the_same_sensors_in_the_case_as_on_its_curv
 def test_an_early_record_is_simulated_until_its_end(offset: float, longer: float, place: str) -> None:
     """The last points of a record that is 0.2 ms early were held against the simulation's last reading, repeated."""
     case = load_case("virtual_strike")
-    found = case_with(case, [(suspect(case, f"time_offset{place}"), offset)])
+    found = case_with(case, [(candidate(case, f"time_offset{place}"), offset)])
     assert found.time.end == pytest.approx(case.time.end + longer)
     assert found.instrument[SENSOR].time_offset == pytest.approx(offset)
 
 
 def test_an_early_record_that_the_case_declares_is_left_as_it_is() -> None:
     case = load_case("virtual_strike").with_effects({"time_offset": -2e-4})
-    assert case_with(case, [(suspect(case, "sensor_gain"), 0.1)]).time == case.time
+    assert case_with(case, [(candidate(case, "sensor_gain"), 0.1)]).time == case.time
 
 
 @pytest.mark.parametrize("kinds", [("gauge", "support"), (SENSOR, "gauge")])
@@ -166,7 +166,7 @@ def test_the_effects_of_a_case_stay_with_its_own_sensors_beside_candidate_ones(k
     acting = {"sensor_gain": 0.1, "sensor_bandwidth": 3e-5, "time_offset": 2e-5, "plate_thickness": 2e-4}
     table = {**load_case("virtual_strike").table, "sensors": sensors, "instrument": {kinds[0]: {"gain": 1.5}}}
     case = case_from_table({key: one for key, one in table.items() if key != "inversion"}).with_effects(acting)
-    probed = with_probes(case)
+    probed = with_candidate_sensors(case)
     assert len(probed.sensors) > len(case.sensors)
     for name in kinds:
         assert probed.instrument[name].model_dump() == pytest.approx(case.instrument[name].model_dump())

@@ -15,16 +15,11 @@ import pytest
 from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.storage.tree import load_tree
-from birdstrike.inversion.diagnosis.conclusions import answer
+from birdstrike.inversion.diagnosis.conclusions import answer, answer_warnings
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import Held
 from birdstrike.inversion.diagnosis.conclusions.next_measurement import Proposal
-from birdstrike.inversion.diagnosis.diagnose import (
-    DiagnosisOptions,
-    clean_shots,
-    diagnose,
-    named_records,
-    stated_bird,
-)
+from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose, stated_bird
+from birdstrike.inversion.diagnosis.records import clean_shots, named_records
 from birdstrike.loop import close_the_loop
 from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.conftest import Laboratory
@@ -350,7 +345,7 @@ def test_misfits_before_and_after_are_over_the_same_errors(laboratory: Laborator
 @pytest.mark.parametrize(
     ("name", "value", "fault", "verdict", "said"),
     [
-        ("EXPLAINED", 1e-3, False, "ambiguous", "times all errors together"),
+        ("MISFIT_ATTRIBUTED", 1e-3, False, "ambiguous", "times all errors together"),
         ("reaches_limit", lambda *_: True, True, "ambiguous", "so that it is not attributed"),
         ("reaches_limit", lambda *_: True, False, "attributed", "measure this quantity at the rig"),
     ],
@@ -369,14 +364,15 @@ def test_an_effect_that_leaves_the_residual_and_a_fault_at_its_limit_are_not_att
     Of an effect of the solver, such as free edges, the magnitude is "or beyond".
     """
     monkeypatch.setattr("birdstrike.inversion.diagnosis.pipeline.verdict_of", lambda *_: "attributed")
-    monkeypatch.setattr("birdstrike.inversion.diagnosis.pipeline._unpredicted", lambda *_: [])
+    monkeypatch.setattr("birdstrike.inversion.diagnosis.pipeline.predicts_no_better", lambda *_: [])
     folder = laboratory.folder
     words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
     out = f"{name}_{fault}"
     assert laboratory.diagnose(f"sound_{out}", *words).exit_code == 0
     assert laboratory.content(f"sound_{out}")["verdict"] == "attributed"
-    monkeypatch.setattr(answer, name, value)
-    monkeypatch.setattr("birdstrike.inversion.diagnosis.pipeline._is_fault", lambda *_: fault)
+    monkeypatch.setattr(answer_warnings if hasattr(answer_warnings, name) else answer, name, value)
+    for reader in ("pipeline", "conclusions.answer_warnings"):
+        monkeypatch.setattr(f"birdstrike.inversion.diagnosis.{reader}.is_fault", lambda *_: fault)
     assert laboratory.diagnose(f"against_{out}", *words).exit_code == 0
     found = laboratory.content(f"against_{out}")
     assert found["verdict"] == verdict

@@ -9,9 +9,9 @@ from scipy.stats import multivariate_normal
 
 from birdstrike.inversion.diagnosis.conclusions.answer import SIMULATION_SCATTER
 from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
+from birdstrike.inversion.diagnosis.inference.fit import SWING, Fit, Problem, likelier
 from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
-from birdstrike.inversion.diagnosis.inference.ranking import SWING, Fit, Problem, likelier
-from birdstrike.inversion.diagnosis.inference.system import Places
+from birdstrike.inversion.diagnosis.inference.linearisation import Places
 from birdstrike.inversion.diagnosis.preparation.plan import LATTICES
 from birdstrike.inversion.estimation.mesh_correction import stack
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
@@ -38,7 +38,7 @@ def test_runs_scatter_alike_in_every_shot_of_a_setup(laboratory: Laboratory) -> 
 def test_no_other_beginning_leads_to_a_much_better_fit(laboratory: Laboratory) -> None:
     """Models are told apart by `SIMULATION_SCATTER`: by so much a fit may not hang on where it begins."""
     ranking = laboratory.answered[0][0]
-    best = max((name for name in ranking.fits if name != SOMETHING_ELSE), key=lambda n: ranking.standings[n].score)
+    best = max((name for name in ranking.fits if name != SOMETHING_ELSE), key=lambda n: ranking.assessments[n].score)
     rng = np.random.default_rng(3)
     for label in (NONE, best):
         own, model = ranking.fits[label], ranking.models[label]

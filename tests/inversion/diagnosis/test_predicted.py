@@ -16,7 +16,10 @@ from birdstrike.cli.app import app
 from birdstrike.data.storage.tree import load_tree, save_tree
 from birdstrike.inversion.diagnosis.conclusions.answer import curve_at
 from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
-from birdstrike.inversion.diagnosis.inference.system import FAST, Places, build
+from birdstrike.inversion.diagnosis.inference.linearisation import Places
+from birdstrike.inversion.diagnosis.inference.model_error import FAST
+from birdstrike.inversion.diagnosis.inference.posterior import draws
+from birdstrike.inversion.diagnosis.inference.system import build
 from birdstrike.inversion.diagnosis.preparation.discrepancy import OWN_SHARE, unknown_or_stated
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
@@ -51,7 +54,7 @@ def test_the_draws_of_a_single_effect_have_its_magnitude_and_its_spread(laborato
         fitted = replace(fit.system, at={**fit.system.at, "lattice": slice(0, 0)})  # draws are of the fit alone
         tester = ModelTester(fitted, fit.tester.known, fit.places.h, fit.tester.scale, apart=ranking.problem.apart)
         evidence = tester.model(model, list(fit.evidence.h))
-        _, sizes, _ = fit.tester.draws(evidence, 2000, np.random.default_rng(0))
+        _, sizes, _ = draws(fit.tester, evidence, 2000, np.random.default_rng(0))
         sd = float(np.sqrt(evidence.h_cov[0, 0]))
         if model.members[0].one_sided and evidence.h[0] < 2.0 * sd:
             continue  # a magnitude cut at 0 has another mean than the Gaussian that is cut

@@ -15,24 +15,21 @@ from matplotlib.figure import Figure
 from birdstrike.data.curves import LONGEST, Measured, shot_names
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.formatting import quantity
+from birdstrike.inversion.diagnosis.conclusions.answer_warnings import sensors_left_out
 from birdstrike.inversion.diagnosis.conclusions.baseline import Baselines
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import other_record
 from birdstrike.inversion.diagnosis.conclusions.solver_update import _on
-from birdstrike.inversion.diagnosis.diagnose import NamedRecord, described, diagnose, matched
+from birdstrike.inversion.diagnosis.diagnose import diagnose
 from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
+from birdstrike.inversion.diagnosis.inference.linearisation import Linearisation, Nearness, Places
+from birdstrike.inversion.diagnosis.inference.model_error import changed_by_effects
 from birdstrike.inversion.diagnosis.inference.ranking import Ranking
-from birdstrike.inversion.diagnosis.inference.system import (
-    Linearisation,
-    Nearness,
-    Places,
-    _changed,
-    _numerical,
-    _trends,
-)
+from birdstrike.inversion.diagnosis.inference.simulation_error import numerical_error, trends
 from birdstrike.inversion.diagnosis.model_file import model_table
-from birdstrike.inversion.diagnosis.pipeline import Pipeline, _left_out
+from birdstrike.inversion.diagnosis.pipeline import Pipeline
 from birdstrike.inversion.diagnosis.preparation.discrepancy import STATED, Amplitudes
 from birdstrike.inversion.diagnosis.preparation.shots import Record, Shot
+from birdstrike.inversion.diagnosis.records import NamedRecord, described, matched
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NO_RESIDUAL, Diagnosis, errors
 from birdstrike.inversion.results.diagnosis_files import curve_files, write
@@ -235,7 +232,7 @@ def test_two_shots_of_one_bird_share_a_channel_s_numerical_error_wherever_their_
     first = rankings[0].problem.shots[1]
     again = replace(first, name="again", record=Record(tuple(first.record.traces[i] for i in kept), ()))
     place = Places(dict.fromkeys((first.name, "again"), rankings[0].fits["none"].places.z[first.name]), {})
-    directions = _numerical(Linearisation((first, again), place), True)
+    directions = numerical_error(Linearisation((first, again), place), True)
     n = len(first.record.values)
     same = np.concatenate([np.flatnonzero(first.record.channel == i) for i in kept])
     own, shared = directions[:n] @ directions[:n].T, directions[:n] @ directions[n:].T
@@ -257,7 +254,7 @@ def test_shots_share_what_another_model_would_answer_as_far_as_their_birds_are_a
     known = Amplitudes({}, {}, {"displacement": 0.01}, "", frozenset({"displacement"}))
     place = Places(dict.fromkeys((first.name, "again"), rankings[0].fits["none"].places.z[first.name]), {})
     at = Linearisation((first, again), place)
-    for parts in (_trends(at, column, 0.2), _changed(at, first.shapes, known)):
+    for parts in (trends(at, column), changed_by_effects(at, first.shapes, known)):
         for apart, share in ((0.0, 1.0), (20.0, 0.0)):
             errors = Nearness(at.shots, [np.zeros(1), np.full(1, apart)], np.ones(1)).shared(parts)
             own, shared = errors[:n] @ errors[:n].T, errors[:n] @ errors[n:].T
@@ -294,7 +291,7 @@ def test_a_sensor_that_no_case_predicts_is_told_once_for_all_shots() -> None:
         plan = SimpleNamespace(case=declared, fine=fine)
         return SimpleNamespace(plan=plan, left_out=left_out, unpredictable=left_out)
 
-    told = _left_out([setup("slow", force=0.15), setup("fast", force=0.15), setup("other")])
+    told = sensors_left_out([setup("slow", force=0.15), setup("fast", force=0.15), setup("other")])
     assert len(told) == 1
     assert told[0].startswith("slow, fast: another lattice of the bird's 960 particles alone moves force by 15 %")
 

@@ -13,7 +13,7 @@ from birdstrike.inversion.estimation.answers.estimates import intervals
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.whitening import Whitening, residual_correlation
 from birdstrike.inversion.observations.autocorrelation import neighbour_correlation
-from birdstrike.inversion.observations.noise import BeforeContact
+from birdstrike.inversion.observations.before_contact import BeforeContact
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, START, pulse, truth

@@ -16,7 +16,7 @@ from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling, sample
 from birdstrike.inversion.estimation.prior import NormalPrior, conflicts, identified
-from birdstrike.inversion.estimation.shots import Shot, joined
+from birdstrike.inversion.estimation.shots import CampaignShot, joined
 from birdstrike.inversion.invert import invert
 from birdstrike.inversion.models.points import prior_draws
 from birdstrike.inversion.models.scaled import Scale
@@ -137,7 +137,7 @@ def test_what_the_record_does_not_tell_has_the_stated_prior_as_its_interval() ->
 def test_shots_that_share_a_bird_share_its_prior(dataset: Dataset) -> None:
     options = InversionOptions(method="emulator", noise={CHANNEL: NOISE}, sampling=None, analyse=False)
     shots = [
-        Shot(dataset, record(truth(SHARE)), forward, replace(options, priors=stated))
+        CampaignShot(dataset, record(truth(SHARE)), forward, replace(options, priors=stated))
         for stated in (known(0.5, 0.1), known(0.5, 0.2))
     ]
     with pytest.raises(UserError, match=r"different priors of pulse.damping"):

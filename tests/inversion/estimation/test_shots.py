@@ -13,7 +13,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
-from birdstrike.inversion.estimation.shots import Shot, joined, with_scatter
+from birdstrike.inversion.estimation.shots import CampaignShot, joined, with_scatter
 from birdstrike.inversion.invert import invert
 from tests.inversion.stand_in import CHANNEL, NAMES, TIMES, campaign, forward, record, spread, truth
 
@@ -33,13 +33,13 @@ def harder(theta: Mapping[str, float]) -> Histories:
     return replace(run, channels={name: 1.3 * values for name, values in run.channels.items()})
 
 
-def shot(dataset: Dataset, seed: int, t0: float = 0.0, size: float = 1.0, fast: bool = False) -> Shot:
+def shot(dataset: Dataset, seed: int, t0: float = 0.0, size: float = 1.0, fast: bool = False) -> CampaignShot:
     scale = 1.3 if fast else 1.0
     measured = record(truth(SHARE), TIMES, t0=t0)
     noise = 4e-5 * np.random.default_rng(seed).normal(size=len(TIMES))
     measured = replace(measured, channels={CHANNEL: size * scale * measured.channels[CHANNEL] + noise})
     runs = replace(dataset, curves={name: scale * rows for name, rows in dataset.curves.items()})
-    return Shot(runs, measured, harder if fast else forward, OPTIONS)
+    return CampaignShot(runs, measured, harder if fast else forward, OPTIONS)
 
 
 def widths(dataset: Dataset, measured: Measured, run, options: InversionOptions, columns=None) -> np.ndarray:

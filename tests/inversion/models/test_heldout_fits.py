@@ -12,7 +12,7 @@ import pytest
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.locate import InversionOptions
-from birdstrike.inversion.estimation.shots import Shot
+from birdstrike.inversion.estimation.shots import CampaignShot
 from birdstrike.inversion.models import heldout_fits
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.error_terms import Discrepancy
@@ -109,7 +109,7 @@ def test_thirds_begin_at_the_record_s_first_point_where_it_begins_late() -> None
         sigma={name: values[late] for name, values in record.sigma.items()},
     )
     dataset: Any = rig_dataset(case)
-    shot = Shot(dataset, cut, lambda _: None, InversionOptions(), case=case)  # pyright: ignore[reportArgumentType]
+    shot = CampaignShot(dataset, cut, lambda _: None, InversionOptions(), case=case)  # pyright: ignore[reportArgumentType]
     assert time_blocks(shot, 3) == pytest.approx([0.4e-3, 0.6e-3, 0.8e-3, 1.0e-3])
     assert time_blocks(replace(shot, measured=record), 3)[0] == pytest.approx(1e-3 / 80.0)
 

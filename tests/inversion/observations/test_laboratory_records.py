@@ -10,11 +10,13 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
+from birdstrike.inversion.observations.before_contact import BeforeContact
+from birdstrike.inversion.observations.expected import Expected
 from birdstrike.inversion.observations.high_frequency import white_scatter
-from birdstrike.inversion.observations.noise import BeforeContact, Stated, channel_noise
+from birdstrike.inversion.observations.noise import Stated, channel_noise
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.inversion.observations.outliers import held
-from birdstrike.inversion.observations.reader import ChannelRecord, Expected, read_record
+from birdstrike.inversion.observations.reader import ChannelRecord, read_record
 from tests.inversion.stand_in import CHANNEL, pulse, record, truth
 
 STEP = 1e-5

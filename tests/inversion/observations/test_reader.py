@@ -12,9 +12,10 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
 from birdstrike.inversion.diagnosis.preparation.shots import read_record as read_for_diagnosis
-from birdstrike.inversion.observations.noise import BeforeContact
+from birdstrike.inversion.observations.before_contact import BeforeContact
+from birdstrike.inversion.observations.expected import Expected
 from birdstrike.inversion.observations.observations import observe
-from birdstrike.inversion.observations.reader import CLIPPED, OUTLIER, OUTSIDE, Expected, read_record
+from birdstrike.inversion.observations.reader import CLIPPED, OUTLIER, OUTSIDE, read_record
 from birdstrike.solver.case.case import load_case
 from tests.inversion.stand_in import CHANNEL, record, truth
 

@@ -15,8 +15,10 @@ from birdstrike.inversion.diagnosis.preparation.shots import averaged
 from birdstrike.inversion.diagnosis.preparation.shots import read_record as read_for_diagnosis
 from birdstrike.inversion.observations.autocorrelation import Autocorrelation
 from birdstrike.inversion.observations.baseline import Baseline, hum_of
-from birdstrike.inversion.observations.noise import BeforeContact, Noise, with_digitiser
-from birdstrike.inversion.observations.reader import ChannelRecord, Expected, read_record
+from birdstrike.inversion.observations.before_contact import BeforeContact
+from birdstrike.inversion.observations.expected import Expected
+from birdstrike.inversion.observations.noise import Noise, with_digitiser
+from birdstrike.inversion.observations.reader import ChannelRecord, read_record
 from birdstrike.solver.case.case import load_case
 from tests.inversion.stand_in import CHANNEL, START, pulse, truth
 

@@ -14,7 +14,8 @@ from birdstrike.data.histories import Histories
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+from birdstrike.inversion.extras import Extras
+from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.reports.explore.explore import explore
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.version import SOLVER_VERSION

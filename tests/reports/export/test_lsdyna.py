@@ -14,7 +14,8 @@ from birdstrike import export
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import SYSTEMS, unit_system
-from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+from birdstrike.inversion.extras import Extras
+from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.reports.export import lsdyna
 from birdstrike.reports.export.cards import cards_of
 from birdstrike.reports.export.exported import read_export

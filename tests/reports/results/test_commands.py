@@ -16,7 +16,7 @@ from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis import diagnose
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
-from birdstrike.inversion.train_and_invert import Extras
+from birdstrike.inversion.extras import Extras
 from birdstrike.reports.evidence.sources import find_sources, repeat_line, repeat_words
 from birdstrike.reports.results.commands import commands
 from birdstrike.reports.results.reading import read_results

@@ -13,9 +13,10 @@ import pytest
 
 from birdstrike.cli.train_and_invert import lines
 from birdstrike.data.curves import read_measured
+from birdstrike.inversion.extras import Extras
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.reports.blocks import Picture
 from birdstrike.reports.export.exported import read_export
 from birdstrike.reports.results.measurement import residual

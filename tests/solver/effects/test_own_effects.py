@@ -71,6 +71,12 @@ def test_a_unit_in_which_no_case_could_state_the_effect_is_refused(unit: str, wh
         Effect("own", "something of one's own", unit, lambda *_: {}, lambda _: 1.0)
 
 
+@pytest.mark.parametrize(("key", "known"), [("family", "support, plate, impact"), ("scope", "shot, bird, plate")])
+def test_a_family_or_scope_that_no_answer_has_is_refused(key: str, known: str) -> None:
+    with pytest.raises(UserError, match=f"its `{key}` is 'engine'; known: {known}"):
+        Effect("own", "something", "", lambda _, __: {}, lambda _: 1.0, **{key: "engine"})  # pyright: ignore[reportArgumentType]
+
+
 def test_what_is_no_effect_and_a_name_of_an_answer_are_refused_with_what_to_do() -> None:
     with pytest.raises(TypeError, match=r"3 is no effect; write register\(Effect\("):
         register(3)  # pyright: ignore[reportArgumentType]

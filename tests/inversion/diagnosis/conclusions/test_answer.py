@@ -15,8 +15,8 @@ from scipy.stats import norm
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.diagnosis.conclusions import answer
 from birdstrike.inversion.diagnosis.conclusions.answer import _meaning, consistency, parameters, reaches_limit
-from birdstrike.inversion.diagnosis.inference.hypotheses import Suspect
-from birdstrike.inversion.diagnosis.pipeline import _outside_ranges
+from birdstrike.inversion.diagnosis.conclusions.answer_warnings import outside_ranges
+from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
 from birdstrike.inversion.diagnosis.preparation.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.preparation.plan import library
 from birdstrike.inversion.diagnosis.preparation.responses import Response
@@ -113,15 +113,15 @@ def test_the_largest_looked_at_is_that_of_its_own_side(
     assert reaches_limit(h, interval, limits) is reached
 
 
-def suspect(label: str, case: Case) -> Suspect:
+def candidate(label: str, case: Case) -> CandidateEffect:
     """An effect of the solver, or a fault of an instrument."""
     for known in library(case, case)[0]:
         if known.name == label:
             none = np.zeros((1, 1))
             response = Response(known, none[0], none, none[0], (), np.zeros((2, 2, 1)))
-            return Suspect(label, label, "plate", ("shot",), response)
+            return CandidateEffect(label, label, "plate", ("shot",), response)
     fault = next(one for one in instrument_effects(case, tuple(case.sensors)) if one.label == label)
-    return Suspect(label, fault.effect.name, "instrument", ("shot",), fault=fault)
+    return CandidateEffect(label, fault.effect.name, "instrument", ("shot",), fault=fault)
 
 
 @pytest.mark.parametrize(
@@ -140,7 +140,7 @@ def suspect(label: str, case: Case) -> Suspect:
 def test_where_nothing_lies_beyond_the_search_has_not_ended_at_its_limit(label: str, ends: bool) -> None:
     """Springs of 75 kN m/rad per m that were rigid were told to be beyond rigid, 40 % of friction as at least that."""
     case = load_case("virtual_strike", {"plate.edges": '{ rotational = "5e5 N m/rad/m" }', "impact.friction": 0.1})
-    one = suspect(label, case)
+    one = candidate(label, case)
     (low, high), sought = one.limits, one.search_limits
     assert sought == (-np.inf if ends else low, high)
     reached = reaches_limit(low, (low, 0.5 * low), sought)
@@ -149,7 +149,7 @@ def test_where_nothing_lies_beyond_the_search_has_not_ended_at_its_limit(label: 
 
 def test_a_gain_is_looked_for_from_that_of_a_dead_sensor_to_twice_its_own() -> None:
     """-30 % was the least: a dead sensor left 70 % of its curve, and was attributed all the same."""
-    one = suspect("sensor_gain.displacement_centre", load_case("virtual_strike"))
+    one = candidate("sensor_gain.displacement_centre", load_case("virtual_strike"))
     assert [one.magnitude(h) for h in one.limits] == pytest.approx([-0.99, 1.0])
 
 
@@ -205,11 +205,11 @@ def test_what_lies_outside_its_range_is_not_identified_and_told(
     assert found["value"] == pytest.approx(127.0)
     assert found["interval_95"] == (100.0, 1000.0)
     ranking: Any = SimpleNamespace(fits={"e": fitted(mean, sd)})
-    (line,) = _outside_ranges(shot, ranking, "e")
+    (line,) = outside_ranges(shot, ranking, "e")
     assert line.startswith("a: MU of ")
     assert "outside its range (100 .. 1000 Pa s): it is not identified" in line
     ranking.fits["e"] = fitted(0.0, 0.1)
-    assert not _outside_ranges(shot, ranking, "e")
+    assert not outside_ranges(shot, ranking, "e")
 
 
 def test_beside_a_stated_prior_what_is_not_identified_keeps_its_posterior(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,12 +22,14 @@ from birdstrike.inversion.diagnosis.conclusions.next_measurement import (
 )
 from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
 from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
-from birdstrike.inversion.diagnosis.inference.system import Places, System
-from birdstrike.inversion.diagnosis.preparation.discrepancy import Amplitudes, remainder, started
+from birdstrike.inversion.diagnosis.inference.linearisation import Places
+from birdstrike.inversion.diagnosis.inference.system import System
+from birdstrike.inversion.diagnosis.preparation.discrepancy import Amplitudes, repeatability, started
 from birdstrike.inversion.estimation.prior import UNIFORM_SD
 from birdstrike.inversion.results.diagnosis import NONE
-from tests.inversion.diagnosis.inference.test_evidence import POINTS as RECORD
-from tests.inversion.diagnosis.inference.test_evidence import covariance, known, models, system, two_birds
+from tests.inversion.diagnosis.inference.linear_system import POINTS as RECORD
+from tests.inversion.diagnosis.inference.linear_system import covariance, known, models, system
+from tests.inversion.diagnosis.inference.test_evidence import two_birds
 
 T = np.linspace(0.0, 1.0, POINTS)
 SIGNATURE = 0.3 * np.sin(5.0 * T)  # of one plausible size of e1, at the candidate
@@ -77,10 +79,10 @@ def test_beside_a_clean_shot_the_birds_are_as_far_apart_as_they_are(amplitude: f
     problem = SimpleNamespace(known=tester.known)
     ranking: Any = SimpleNamespace(fits={NONE: fit}, evidence={"e1": fit.evidence}, problem=problem)
     found = distance(_beside_clean_shot(ranking, ["e1"]))
-    assert found == pytest.approx(left_of(s, remainder("displacement"), apart), rel=1e-5)
+    assert found == pytest.approx(left_of(s, repeatability("displacement"), apart), rel=1e-5)
     now = distance(record_information(tester, ["e1"], 0))
     assert now == pytest.approx(left_of(s, amplitude, apart), rel=1e-5)
-    assert (found == pytest.approx(now, rel=1e-9)) is (amplitude == remainder("displacement"))
+    assert (found == pytest.approx(now, rel=1e-9)) is (amplitude == repeatability("displacement"))
 
 
 @dataclass(frozen=True)
@@ -206,7 +208,7 @@ def test_a_sensor_s_information_is_that_of_its_curves_under_its_errors(amplitude
     assert found is not None
     peak = max(float(np.abs(run.channels["probe"]).max()) for n, run in shot.setup.runs.items() if "coarse" in n)
     X = columns(unnamed)
-    C = exact_error(max(amplitude, remainder("displacement")), peak)
+    C = exact_error(max(amplitude, repeatability("displacement")), peak)
     assert found == pytest.approx(X.T @ np.linalg.solve(C, X), rel=1e-6, abs=1e-6)
 
 
@@ -224,13 +226,13 @@ def test_a_sensor_that_the_campaign_s_fit_does_not_follow_tells_less() -> None:
         rest = np.arange(12) != i
         errors.append(curves[i] - basis[i] @ np.linalg.lstsq(basis[rest], curves[rest], rcond=None)[0])
     whole = np.linalg.lstsq(basis, curves, rcond=None)[0]
-    C = exact_error(remainder("displacement"), float(np.abs(curves).max())) + np.cov(np.array(errors).T, bias=True)
+    C = exact_error(repeatability("displacement"), float(np.abs(curves).max())) + np.cov(np.array(errors).T, bias=True)
     C += np.outer(np.mean(errors, axis=0), np.mean(errors, axis=0))
     X = columns(0.03)
     X[:, :2] = UNIFORM_SD * whole[1:3].T
     assert found is not None
     assert found == pytest.approx(X.T @ np.linalg.solve(C, X), rel=1e-6, abs=1e-6)
-    quiet = exact_error(remainder("displacement"), float(np.abs(curves).max()))
+    quiet = exact_error(repeatability("displacement"), float(np.abs(curves).max()))
     assert found[-1, -1] < 0.7 * SIGNATURE @ np.linalg.solve(quiet, SIGNATURE)
 
 

@@ -23,7 +23,8 @@ from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
 from birdstrike.inversion.diagnosis.inference.system import System
 from birdstrike.inversion.estimation.prior import UNIFORM_SD
 from birdstrike.inversion.results.diagnosis import NONE
-from tests.inversion.diagnosis.inference.test_evidence import POINTS, Stub, known, models, system, two_birds
+from tests.inversion.diagnosis.inference.linear_system import POINTS, Stub, known, models, system
+from tests.inversion.diagnosis.inference.test_evidence import two_birds
 
 
 @pytest.mark.parametrize("lattice_size", [0.0, 0.5])

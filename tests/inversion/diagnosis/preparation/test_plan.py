@@ -1,9 +1,8 @@
-"""The plan's designs and the library of instrument faults."""
+"""The plan: points, two-level design, meshes, the library."""
 
 from __future__ import annotations
 
 from itertools import combinations
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,35 +12,23 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.effects import Effect, register, unregister
-from birdstrike.inversion.diagnosis.conclusions.next_measurement import described
-from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
-from birdstrike.inversion.diagnosis.inference.hypotheses import Suspect, family_of, hypotheses
-from birdstrike.inversion.diagnosis.preparation.instrument import change, instrument_effects, signature, with_faults
+from birdstrike.inversion.diagnosis.diagnose import predicted_shots
 from birdstrike.inversion.diagnosis.preparation.plan import (
-    PREFIX,
     Block,
     Known,
-    candidates,
     levels,
     library,
     magnitude,
     make_plan,
     two_level,
-    with_probes,
 )
 from birdstrike.inversion.diagnosis.preparation.responses import learn_responses
 from birdstrike.inversion.diagnosis.preparation.setup import unpredictable
+from birdstrike.inversion.diagnosis.records import NamedRecord
 from birdstrike.inversion.estimation.mesh_correction import spread
-from birdstrike.inversion.results.diagnosis import NONE
-from birdstrike.solver.build import rest_mesh
 from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.effects.registry import effects
-from birdstrike.solver.sensors.instrument import Instrument, recorded
-from birdstrike.solver.sensors.sensor import Placed
-from birdstrike.solver.sensors.strain import Strain
 from tests.inversion.diagnosis.rig import tiny
-from tests.solver.test_setup_warnings import sheet_from_a_file
-from tests.solver.test_struck_plane import about_y, strike
 
 
 @pytest.mark.parametrize("more", [{}, {"bird.material.pressure_cutoff": {"range": ["-1 MPa", "-0.1 MPa"]}}])
@@ -223,90 +210,6 @@ def test_air_in_a_coarse_bird_is_simulated_on_a_finer_one_and_all_effects_once()
         assert len(one.signs) >= len(one.known) + 3
 
 
-TIME = np.linspace(0.0, 3e-3, 601)
-CURVE = 5e-3 * np.sin(900.0 * TIME) ** 2
-FAULTS = {"sensor_gain": 0.03, "time_offset": 2e-5, "sensor_bandwidth": 3e-5, "sensor_drift": 0.1}
-
-
-def reading(name: str, magnitude: float) -> np.ndarray:
-    """What the solver's instrument makes of the curve."""
-    own = {
-        "sensor_gain": {"gain": 1.0 + magnitude},
-        "time_offset": {"time_offset": f"{magnitude} s"},
-        "sensor_bandwidth": {"bandwidth": f"{1.0 / (2.0 * np.pi * (magnitude or 1e-9))} Hz"},
-        "sensor_drift": {"drift": f"{magnitude} m/s"},
-    }[name]
-    return recorded(Instrument.model_validate(own), TIME, CURVE)
-
-
-@pytest.mark.parametrize("name", FAULTS)
-@pytest.mark.parametrize("h", [0.7, 3.0, 8.0])
-def test_a_fault_changes_a_curve_as_the_instrument_does(name: str, h: float) -> None:
-    expected = reading(name, h * FAULTS[name]) - CURVE
-    assert np.abs(change(name, h * FAULTS[name], TIME, CURVE) - expected).max() < 1e-6 * np.abs(CURVE).max()
-
-
-@pytest.mark.parametrize("name", FAULTS)
-@pytest.mark.parametrize("h", [0.0, 1.0, 5.0])
-def test_a_signature_is_the_slope_of_what_the_instrument_does(name: str, h: float) -> None:
-    """Within the second difference over one plausible size, which no slope can show."""
-    low, middle, high = (reading(name, x * FAULTS[name]) for x in (max(h - 0.5, 0.0), h, max(h + 0.5, 1.0)))
-    slope, bent = high - low, np.abs(high - 2.0 * middle + low).max()
-    error = np.abs(signature(name, FAULTS[name], TIME, CURVE, h) - slope)[5:-5].max()
-    assert error < 0.02 * np.abs(slope).max() + (bent if h == 0.0 else 0.0)
-
-
-def test_a_slow_sensor_is_written_into_the_case_beside_the_bandwidth_that_it_declares() -> None:
-    """Time constants add, for one sensor as for all."""
-    sensor = "displacement_centre"
-    case = load_case("virtual_strike", {f"instrument.{sensor}.bandwidth": "10 kHz"})
-    tau = 3e-5 + 1.0 / (2.0 * np.pi * 10e3)
-    for slow in (
-        with_faults(case, [(sensor, "sensor_bandwidth", 3e-5)]),
-        case.with_effects({"sensor_bandwidth": 3e-5}),
-    ):
-        assert slow.instrument[sensor].bandwidth == pytest.approx(1.0 / (2.0 * np.pi * tau))
-    assert with_faults(case, [(sensor, "sensor_bandwidth", 0.0)]).instrument[sensor].bandwidth == pytest.approx(10e3)
-
-
-def test_a_record_that_is_early_goes_on_straight_beyond_the_simulation() -> None:
-    early = CURVE + change("time_offset", -1e-4, TIME, CURVE)
-    known = TIME[-1] - 1e-4 > TIME
-    assert early[known] == pytest.approx(np.interp(TIME[known] + 1e-4, TIME, CURVE))
-    assert np.diff(early[~known]) == pytest.approx(np.gradient(CURVE, TIME)[-1] * 5e-6, rel=1e-3)
-
-
-def test_each_sensor_may_have_a_fault_of_its_own() -> None:
-    case = load_case("virtual_strike")
-    labels = [one.label for one in instrument_effects(case, ("displacement_centre", "displacement_quarter"))]
-    assert "sensor_gain" in labels
-    assert "sensor_gain.displacement_centre" in labels
-    alone = [one.label for one in instrument_effects(case, ("displacement_centre",))]
-    assert "sensor_gain.displacement_centre" not in alone
-
-
-def test_priors_sum_to_one_and_families_share_alike() -> None:
-    found = [
-        Suspect(n, n, f, ("shot",))
-        for n, f in (("impact_speed", "impact"), ("plate_modulus", "plate"), ("plate_density", "plate"))
-    ]
-    models = hypotheses(found)
-    assert sum(one.prior for one in models) == pytest.approx(1.0)
-    prior = {one.label: one.prior for one in models}
-    assert prior[NONE] == 0.5
-    assert prior["impact_speed"] == pytest.approx(prior["plate_modulus"] + prior["plate_density"])
-
-
-def test_an_effect_shares_its_prior_among_the_sets_of_nodes_that_it_may_have_alone() -> None:
-    labels = ("edge_slip", "clamp_rotation", "clamp_rotation.left", "clamp_rotation.right")
-    found = [Suspect(n, n, family_of(n), ("shot",)) for n in labels]
-    models = {one.label: one.prior for one in hypotheses(found)}
-    clamp = [models[n] for n in labels[1:]]
-    assert clamp == pytest.approx([models["edge_slip"] / 3.0] * 3)
-    assert "clamp_rotation.left+clamp_rotation.right" not in models
-    assert "edge_slip+clamp_rotation.right" in models
-
-
 def test_the_library_of_a_target_on_several_sets_holds_the_effects_of_each() -> None:
     case = load_case("flat_plate_002", {"effects.edge_slip.cell_2": "0.1 mm^2/kN"})
     known, refused = library(case, case)
@@ -318,54 +221,6 @@ def test_the_library_of_a_target_on_several_sets_holds_the_effects_of_each() -> 
 
 def test_the_library_has_the_new_effects() -> None:
     assert {"plate_modulus", "plate_density", "impact_offset_across", "bird_yaw"} <= set(effects())
-
-
-def test_a_candidate_sensor_beside_one_of_its_kind_is_none() -> None:
-    """131 mm from the centre was proposed beside a sensor at 130 mm."""
-    case = load_case("audit_strike")
-    assert "displacement_quarter" in case.sensors
-    found = candidates(case)
-    assert "probe_displacement_fore" not in found
-    assert {"probe_displacement_aft", "probe_displacement_side", "probe_strain_fore"} <= set(found)
-    assert "probe_strain_centre" not in found
-
-
-def test_candidate_sensors_lie_on_a_mesh_from_a_file_wherever_its_origin_is(tmp_path: Path) -> None:
-    """Places counted from the origin were off a mesh that begins there, and ended the diagnosis with an error."""
-    case = load_case(sheet_from_a_file(tmp_path, corner=0.0))
-    found = candidates(case)
-    assert found["probe_strain_centre"]["at"] == ["100 mm", "100 mm"]
-    assert found["probe_displacement_corner"]["at"] == ["150 mm", "150 mm"]
-    mesh = rest_mesh(case)
-    assert not [line for name, sensor in with_probes(case).sensors.items() for line in sensor.misplaced(name, mesh)]
-
-
-def test_a_candidate_sensor_off_the_outline_of_a_mesh_is_none(tmp_path: Path) -> None:
-    """Of 3 x 3 shells an angle is left, along two sides."""
-    table = sheet_from_a_file(tmp_path)
-    mesh, gone = tmp_path / "plate.inp", ("5, 6,", "6, 7,", "8, 10,", "9, 11,")
-    mesh.write_text("".join(line for line in mesh.read_text().splitlines(True) if not line.startswith(gone)))
-    found = candidates(load_case(table))
-    assert "probe_displacement_aft" in found
-    assert "probe_displacement_corner" not in found
-
-
-def test_candidate_sensors_on_a_turned_plate_lie_where_those_on_a_level_one_do(tmp_path: Path) -> None:
-    """Places in plan were off the shells of an upright plate: it had no candidate but the reaction force."""
-    found = {turn: with_probes(strike(tmp_path, turn)) for turn in (0.0, 30.0, 90.0)}
-    for turn in (30.0, 90.0):
-        assert list(found[turn].sensors) == list(found[0.0].sensors)
-        for name, level in found[0.0].sensors.items():
-            sensor = found[turn].sensors[name]
-            if name.startswith(PREFIX) and isinstance(level, Placed) and isinstance(sensor, Placed):
-                assert sensor.point == pytest.approx(about_y(turn) @ [*level.at, 0.0], abs=1e-7)
-                assert not list(sensor.misplaced(name, rest_mesh(found[turn])))
-            if isinstance(sensor, Strain):
-                assert sensor.along == pytest.approx(about_y(turn) @ [1.0, 0.0, 0.0])
-    assert "probe_strain_side" in found[90.0].sensors
-    assert "probe_displacement_centre" not in found[90.0].sensors
-    words = described("probe_strain_fore", found[90.0].sensors["probe_strain_fore"], found[90.0])
-    assert words.endswith(" at (0, 0, -50) mm from target.origin"), words
 
 
 @pytest.mark.parametrize("size", [-0.02, 0.0, float("nan")])

@@ -12,9 +12,9 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.inversion.diagnosis.preparation.shots import Record, read_record
 from birdstrike.inversion.observations.baseline import baseline_of
+from birdstrike.inversion.observations.expected import Expected
 from birdstrike.inversion.observations.noise import Noise
 from birdstrike.inversion.observations.observations import observed
-from birdstrike.inversion.observations.reader import Expected
 
 STEP = 5e-6
 TIME = STEP * np.arange(-120, 400)

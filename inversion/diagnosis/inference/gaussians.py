@@ -1,0 +1,130 @@
+"""Gaussian algebra of the evidence: products of the columns under any error, directions integrated out, magnitudes.
+
+With C = 1 + a^2 U in the coordinates of `system.Block`, X^T C^-1 X costs a weighted sum of products; parameters and
+errors of known prior variance are integrated out of it by a Schur complement. Of the magnitudes that stay some cannot
+be negative: their distribution is normal, cut off at 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+from scipy.special import erfcx, log_ndtr
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
+from birdstrike.inversion.diagnosis.inference.system import Block
+
+Indices = NDArray[np.intp]
+MANY = 64  # columns integrated out, from which on Cholesky factors pay, one node after the other
+
+
+@dataclass(frozen=True)
+class Grams:
+    """X^T C^-1 X of any columns at any combination of amplitudes. x: (p, m) of each kind, in its diagonal coordinates;
+    weights: (nodes, p) of each kind; index: (combinations,) node of each kind; logdet: (combinations,) log det C.
+    """
+
+    x: tuple[Array, ...]
+    weights: tuple[Array, ...]
+    index: tuple[np.ndarray, ...]
+    logdet: Array
+
+    @classmethod
+    def of(cls, blocks: Sequence[Block], columns: Array, combinations: Array) -> Grams:
+        """From the blocks' diagonal coordinates."""
+        x, weights, indices, logdet = [], [], [], np.zeros(len(combinations))
+        for i, block in enumerate(blocks):
+            values, index = np.unique(combinations[:, i], return_inverse=True)
+            x.append(block.T @ columns[block.rows])
+            weights.append(1.0 / (1.0 + values[:, None] ** 2 * block.lam))
+            indices.append(index)
+            logdet += (block.logdet - np.log(weights[-1]).sum(axis=1))[index]
+        return cls(tuple(x), tuple(weights), tuple(indices), logdet)
+
+    def at(self, nodes: Indices, columns: Sequence[int]) -> Array:
+        """(nodes, q, q) of some columns."""
+        whole = np.zeros((len(nodes), len(columns), len(columns)))
+        for x, weights, index in zip(self.x, self.weights, self.index, strict=True):
+            own = x[:, np.asarray(columns)]
+            used, back = np.unique(index[nodes], return_inverse=True)
+            whole += np.array([own.T @ (weights[i][:, None] * own) for i in used])[back]
+        return whole
+
+    def node(self, number: int) -> Array:
+        """(m, m) of one combination, all columns."""
+        return self.at(np.array([number]), range(self.x[0].shape[1]))[0]
+
+
+@dataclass(frozen=True)
+class Directions:
+    """What is integrated out beside a model's magnitudes. columns: (r,) of the system: the free directions, then what
+    is not known of the members' signatures; errors: prior deviations of the latter."""
+
+    columns: Indices
+    errors: Array
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """Some columns with parameters, unnamed errors and errors of signatures integrated out, at some nodes.
+
+    S: (nodes, c, c) their information; W: (nodes, r, c) what the directions take of them; logdet: (nodes,).
+    """
+
+    S: Array
+    W: Array
+    logdet: Array
+    directions: Directions
+
+
+def integrated(whole: Array, d: Array) -> tuple[Array, Array, Array]:
+    """S (nodes, c, c), W (nodes, r, c), log det (nodes,) of `Reduced`: the first r columns integrated out.
+
+    whole: (nodes, r + c, r + c) X^T C^-1 X; d: (nodes, r) prior standard deviations.
+    """
+    r = d.shape[1]
+    own = d[:, :, None] * whole[:, :r, :r] * d[:, None, :] + np.eye(r)
+    cross = d[:, :, None] * whole[:, :r, r:]
+    if r < MANY:
+        W, logdet = np.linalg.solve(own, cross), np.linalg.slogdet(own)[1]
+    else:
+        factor = cho_factor(own, lower=True, overwrite_a=True, check_finite=False)
+        W = cho_solve(factor, cross, check_finite=False)
+        logdet = 2.0 * np.log(np.einsum("nrr->nr", factor[0])).sum(axis=1)
+    return whole[:, r:, r:] - cross.transpose(0, 2, 1) @ W, W, logdet
+
+
+def log_mass_above_zero(members: Sequence[CandidateEffect], best: Array, covariance: Array) -> Array:
+    """(...) log of 2 Phi(mean/sd) for each magnitude that cannot be negative; best (..., q)."""
+    total = np.zeros(best.shape[:-1])
+    for i, one in enumerate(members):
+        if one.one_sided:
+            total += np.log(2.0) + log_ndtr(best[..., i] / np.sqrt(covariance[..., i, i]))
+    return total
+
+
+def cut_off_at_zero(mean: Array, covariance: Array, i: int) -> tuple[Array, Array]:
+    """Mean (..., n), covariance with the first q (..., n, q) of normal variables of which number i < q is not negative.
+
+    With a = mean_i/sd_i and L = phi(a)/Phi(a): mean_i + sd_i L, variance_i (1 - L (L + a)); the others by their
+    regression on it (Johnson, Kotz & Balakrishnan, Continuous Univariate Distributions 1, 2nd ed. 1994, 10.1).
+    """
+    sd = np.sqrt(np.maximum(covariance[..., i, i], 1e-300))
+    a = mean[..., i] / sd
+    L = np.sqrt(2.0 / np.pi) / erfcx(-a / np.sqrt(2.0))
+    along = covariance[..., i] / sd[..., None]
+    less = (L * (L + a))[..., None, None] * along[..., None] * along[..., None, : covariance.shape[-1]]
+    return mean + L[..., None] * along, covariance - less
+
+
+def mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, Array]:
+    """Mean and covariance of a mixture of Gaussians."""
+    mean = weights @ means
+    spread = means - mean
+    within = np.einsum("i,ijk->jk", weights, covariances)
+    return mean, within + np.einsum("i,ij,ik->jk", weights, spread, spread)

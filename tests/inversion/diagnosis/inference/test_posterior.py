@@ -1,0 +1,89 @@
+"""Intervals of magnitudes and draws from a model's posterior."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from birdstrike.inversion.diagnosis.inference.evidence import SIZES, ModelTester
+from birdstrike.inversion.diagnosis.inference.posterior import draws, quantiles
+from tests.inversion.diagnosis.inference.linear_system import POINTS, known, models, system
+
+
+def test_intervals_hold_what_another_lattice_moves() -> None:
+    """Truths from the priors on lattices of their own: 95 % intervals hold parameters and magnitude, and did not."""
+    rng, s, label = np.random.default_rng(5), system(0), "e1"
+    signature = s.columns[:, s.at[label].start]
+    near = 0.3 * np.column_stack([s.columns[:, s.at["J"]], signature])  # what a lattice moves looks like other values
+    lattice = near @ rng.standard_normal((3, 4)) / 2.0
+    at = {**s.at, "lattice": slice(s.columns.shape[1], s.columns.shape[1] + 4)}
+    amplitudes, draws, held = known(np.array([1e-3])), 150, {False: 0.0, True: 0.0}
+    for _ in range(draws):
+        z, h = rng.standard_normal(2), rng.standard_normal()
+        modelled = np.column_stack([s.columns[:, s.at["J"]], s.columns[:, s.at["nuisance"]], signature])
+        y = modelled @ [*z, rng.standard_normal(), h] + lattice @ rng.standard_normal(4) + rng.standard_normal(POINTS)
+        columns = np.column_stack([y, s.columns[:, 1:], lattice])
+        for moved in held:
+            places = at if moved else s.at
+            tester = ModelTester(replace(s, columns=columns, at=places), amplitudes, unnamed=(1e-6,))
+            found = tester.model(models()[label])
+            errors = np.append(found.z[:2] - z, found.h - h)
+            spread = np.sqrt(np.append(np.diag(found.z_cov), found.h_cov[0, 0]))
+            held[moved] += (np.abs(errors) < 1.96 * spread).mean() / draws
+    assert held[False] < 0.8
+    assert 0.9 < held[True] < 0.99
+
+
+@pytest.mark.parametrize("one_sided", [False, True])
+def test_an_interval_holds_an_effect_whose_signature_is_hardly_known(one_sided: bool) -> None:
+    """Truths from the priors: signature as learnt off by its stated error, which is as large as the signature.
+
+    The size's posterior is not Gaussian, because the error grows with the size.
+    """
+    rng, s, label, draws = np.random.default_rng(8), system(0, size=1.0), "e1", 300
+    model = models(one_sided)[label]
+    (one,) = model.members
+    learnt = s.columns[:, s.at[label].start]
+    errors = np.array([np.sin(f * np.linspace(0.0, 1.0, POINTS) + 1.0) for f in (3.0, 9.0, 17.0)]).T
+    first = s.columns.shape[1]
+    at = {**s.at, f"error of {label}": slice(first, first + 3)}
+    amplitudes, held = known(np.array([1e-3])), 0.0
+    for _ in range(draws):
+        h = np.inf
+        while abs(h) > one.limits[1]:
+            h = rng.choice(SIZES) * rng.standard_normal()
+        h = abs(h) if one_sided else h
+        true = learnt + errors @ rng.standard_normal(3)
+        z = rng.standard_normal(2)
+        y = s.columns[:, s.at["J"]] @ z + s.columns[:, s.at["nuisance"]][:, 0] * rng.standard_normal() + h * true
+        columns = np.column_stack([y + rng.standard_normal(POINTS), s.columns[:, 1:], errors])
+        tester = ModelTester(replace(s, columns=columns, at=at), amplitudes, unnamed=(1e-6,))
+        low, _, high = quantiles(tester, tester.model(model))
+        held += (low <= h <= high) / draws
+    assert held == pytest.approx(0.95, abs=0.03)
+
+
+def test_a_sharp_interval_is_that_of_the_gaussian() -> None:
+    s = system(0)
+    s = system(0, 2.0 * s.columns[:, s.at["e1"].start])
+    tester = ModelTester(s, known(np.array([0.01])))
+    found = tester.model(models()["e1"])
+    low, _, high = quantiles(tester, found)
+    sd = float(np.sqrt(found.h_cov[0, 0]))
+    assert (low, high) == pytest.approx((found.h[0] - 1.96 * sd, found.h[0] + 1.96 * sd), abs=0.05 * sd)
+
+
+def test_draws_scatter_as_the_intervals_say_without_the_lattice() -> None:
+    s, rng = system(0), np.random.default_rng(2)
+    lattice = 0.3 * s.columns[:, s.at["J"]] @ rng.standard_normal((2, 4))
+    y = s.columns[:, s.at["e1"].start] + rng.standard_normal(POINTS)
+    at = {**s.at, "lattice": slice(s.columns.shape[1], s.columns.shape[1] + 4)}
+    moved = replace(s, columns=np.column_stack([y, s.columns[:, 1:], lattice]), at=at)
+    tester, model = ModelTester(moved, known(np.array([1e-3])), unnamed=(1e-6,)), models()["e1"]
+    found = ModelTester(replace(moved, at=s.at), known(np.array([1e-3])), unnamed=(1e-6,)).model(model)
+    assert (np.diag(found.z_cov) < np.diag(tester.model(model).z_cov)).all()
+    z, h, _ = draws(tester, found, 4000, rng)
+    assert np.cov(z.T) == pytest.approx(found.z_cov, abs=0.1 * float(found.z_cov.max()))
+    assert h.std() == pytest.approx(float(np.sqrt(found.h_cov[0, 0])), rel=0.1)
