@@ -229,8 +229,9 @@ SETTINGS = {
     "solver.hourglass_coefficient": "Of that control; absent: 0.02 viscous, 0.05 stiffness.",
     "solver.smallest_step": "An element whose stable step falls below this share of the first is eroded.",
     'inversion.parameters."<key>".range': "Lower and upper limit of a parameter to be sought, in its own unit.",
-    'inversion.parameters."<key>".scale': "In which its designs spread.",
-    'inversion.parameters."<key>".prior': "What is known of it beside the range, normal and cut off there: "
+    'inversion.parameters."<key>".scale': "In which its designs spread, and its prior is normal.",
+    'inversion.parameters."<key>".prior': "What is known of it beside the range, normal in its `scale` "
+    "(log-normal over a logarithmic one) and cut off there: "
     '`{ mean = "300 Pa s", sd = "80 Pa s" }`.',
     'inversion.models.<model>."<key>".range': "Limits of a constant in `birdstrike calibrate-models`, for the model of "
     "that name (such as `murnaghan`), in place of the model's own list; a key of `bird.material`, or "

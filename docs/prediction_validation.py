@@ -116,7 +116,7 @@ def diagnosed(folder: Path, drawn: Drawn, truths: Mapping[str, Histories], runs:
         case, run = declared(LEARNT[1] if name == "shot2" else LEARNT[0]), truths[name]
         channels = {sensor: run.channels[sensor] for sensor in case.sensors}
         write_measured(folder / f"{name}.csv", noisy(case, run.time, channels, rng))
-    options = DiagnosisOptions(workers=1, check=False, say=lambda _: None)
+    options = DiagnosisOptions(workers=1, check=False)
     diagnose(
         [declared(speed) for speed in LEARNT],
         [folder / "shot1.csv", folder / "shot2.csv"],

@@ -36,7 +36,7 @@ def answer(
     case: str, shot: str, baseline: str | None, out: Path, variant: str, workers: int | None = 1
 ) -> dict[str, Any]:
     """What a variant says of a shot; workers: simulations at a time, all cores for None."""
-    options = replace(DiagnosisOptions(workers=workers, check=False, say=lambda _: None), **VARIANTS[variant])
+    options = replace(DiagnosisOptions(workers=workers, check=False), **VARIANTS[variant])
     found = diagnose(case, shot, out, options=options, baseline=() if baseline is None else (baseline,))
     best = next(one for one in found.effects if one.name not in (NONE, SOMETHING_ELSE))
     return {

@@ -224,5 +224,4 @@ def _bounds(bench: KnownCase, condition: Condition, record: Observations) -> dic
     coordinates = parameter_coordinates(bench.dataset, emulator.regions)
     calibrator = Calibrator(CurveModel(emulator, record), coordinates, 0.0)
     truth = np.array([bench.truth[name] for name in bench.dataset.names])
-    z = (truth - bench.dataset.lows) / (bench.dataset.highs - bench.dataset.lows)
-    return bench.dataset.named(bound(calibrator, z[None]))
+    return bench.dataset.named(bound(calibrator, coordinates.nearest(truth)[None]))

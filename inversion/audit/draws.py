@@ -18,13 +18,13 @@ from numpy.random import Generator
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.inference.hypotheses import family_of
-from birdstrike.inversion.diagnosis.preparation.instrument import with_faults
-from birdstrike.inversion.diagnosis.preparation.plan import OTHER_LATTICE, fits_a_label
+from birdstrike.inversion.diagnosis.preparation.instrument import beside_declared, with_faults
+from birdstrike.inversion.diagnosis.preparation.plan import OTHER_LATTICE, library
 from birdstrike.inversion.labels import label_parts
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.effects.instrument import able
-from birdstrike.solver.effects.registry import effect_named, effects
+from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 
 CLEAN, SINGLE, PAIR, OUTSIDE = "clean", "single", "pair", "outside"
 SHARES = {CLEAN: 0.30, SINGLE: 0.54, PAIR: 0.08, OUTSIDE: 0.08}
@@ -112,13 +112,13 @@ def _bearable(case: Case, count: int, rng: Generator) -> dict[str, float]:
 
 def label_of(case: Case, rng: Generator) -> str:
     """One effect: a family, an effect of it, then a sensor, a set of nodes or a shot, as likely as in the diagnosis."""
-    families: dict[str, list[str]] = {}
+    families, solver = dict[str, list[str]](), [one.name for one in library(case, case)[0]]
     for name, effect in effects().items():
-        if not effect.refuses(case):
+        if not effect.refuses(case) if effect.fault is not None else name in map(kind_of, solver):
             families.setdefault(family_of(name), []).append(name)
     name = str(rng.choice(families[str(rng.choice(list(families)))]))
-    if places := [one for one in effects()[name].places(case) if fits_a_label(one)]:
-        return str(rng.choice([name, *(f"{name}.{place}" for place in places)]))
+    if effects()[name].places(case):
+        return str(rng.choice([one for one in solver if kind_of(one) == name]))
     if (fault := effects()[name].fault) is not None:
         return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able(case, fault, case.sensors))]))
     return f"{name}@{SHOTS[0]}" if effects()[name].scope == "shot" and rng.uniform() < 0.5 else name
@@ -241,9 +241,10 @@ def _merged(raw: Any, table: Mapping[str, Any]) -> Raw:
 
 
 def with_effects_of(case: Case, effects: Mapping[str, float], shot: str) -> Case:
-    """The case with effects by their labels (SI), those of another shot left out."""
+    """The case with effects by their labels (SI) beside those that it declares, those of another shot left out."""
     acting = {label: value for label, value in effects.items() if value and label.partition("@")[2] in ("", shot)}
-    common = {label.split("@")[0]: value for label, value in acting.items() if not sensor_of(label)}
+    together = {label.split("@")[0]: value for label, value in acting.items() if not sensor_of(label)}
+    common = {name: beside_declared(case, name, value) for name, value in together.items()}
     found = case.with_effects({**case.effects, **common}) if common else case
     faults = [(sensor, name_of(label), value) for label, value in acting.items() if (sensor := sensor_of(label))]
     return with_faults(found, faults)

@@ -32,9 +32,9 @@ from birdstrike.inversion.audit.draws import (
     STEP,
     Drawn,
     draw,
-    name_of,
     roles,
     sensor_of,
+    with_effects_of,
 )
 from birdstrike.inversion.audit.records import (
     ANOTHER_BIRD,
@@ -47,10 +47,9 @@ from birdstrike.inversion.audit.records import (
     read_truth,
     truth_text,
 )
+from birdstrike.inversion.observations.expected import declared_drifts
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.case.write import case_toml
-from birdstrike.solver.effects.instrument import DRIFT, able
-from birdstrike.solver.effects.registry import effects
 
 Simulate = Callable[[Mapping[str, Case]], dict[str, Histories]]
 """Histories by label of those cases whose simulation succeeded."""
@@ -180,16 +179,8 @@ def _columns(
 
 
 def _drifts(case: Case, drawn: Drawn, role: str) -> dict[str, float]:
-    """Sensor -> drift [m/s], which runs before contact as well."""
-    if role in CLEAN_ROLES:
-        return {}
-    found = {}
-    for label, value in drawn.effects.items():
-        if effects()[name_of(label)].fault is DRIFT:
-            sensor = sensor_of(label)
-            those = (sensor,) if sensor else able(case, DRIFT, case.sensors)
-            found.update(dict.fromkeys(those, value))
-    return found
+    """Sensor -> drift [SI/s] of its instrument, declared or drawn, which runs before contact as well."""
+    return declared_drifts(case if role in CLEAN_ROLES else with_effects_of(case, drawn.effects, role))
 
 
 def visible(drawn: Drawn, layout: Layout) -> dict[str, float]:

@@ -59,6 +59,12 @@ class Coordinates:
         place = theta if self.space is None else self.space.to_unit(theta)
         return np.asarray(np.linalg.lstsq(self.basis.T, place - self.base, rcond=None)[0], dtype=np.float64)
 
+    def values(self, i: int, z: Array) -> Array:
+        """(n,) SI values of parameter i at its coordinate z (n,), where each parameter has one."""
+        place = np.zeros((len(z), len(self.basis)))
+        place[:, i] = z
+        return np.asarray(self.unlimited(place)[:, i])
+
     def changes(self) -> Array:
         """(r, k) SI, what each coordinate does to the parameters from 0 to 1, the others at 0."""
         return self.unlimited(np.eye(len(self.basis))) - self.unlimited(np.zeros(len(self.basis)))
@@ -67,14 +73,17 @@ class Coordinates:
 def parameter_coordinates(
     dataset: Dataset, regions: tuple[Region, ...], stated: Mapping[str, Prior] | None = None
 ) -> Coordinates:
-    """One coordinate a parameter, 0..1 over its range; stated: priors of a case by dotted key."""
-    span = dataset.highs - dataset.lows
-    boxes = tuple(
-        Box((r.lows - dataset.lows) / span, (r.highs - dataset.lows) / span, r.flat, r.lows, r.highs) for r in regions
-    )
-    linear = ParameterSpace(dataset.names, dataset.units, dataset.lows, dataset.highs)
-    prior = NormalPrior.of(stated or {}, linear)
-    return Coordinates(dataset.names, dataset.lows, np.diag(span), boxes, prior)
+    """One coordinate a parameter, 0..1 over its range in the scale of that; stated: priors of a case by dotted key.
+
+    The prior is normal in that scale, so that a parameter that spans decades is treated as its logarithm, as it is in a
+    diagnosis and in a calibration of models.
+    """
+    space = ParameterSpace(dataset.names, dataset.units, dataset.lows, dataset.highs, dataset.scales)
+    boxes = tuple(Box(space.to_unit(r.lows), space.to_unit(r.highs), r.flat, r.lows, r.highs) for r in regions)
+    prior, k = NormalPrior.of(stated or {}, space), len(dataset.names)
+    if space.logarithmic.any():
+        return Coordinates(dataset.names, np.zeros(k), np.eye(k), boxes, prior, space)
+    return Coordinates(dataset.names, dataset.lows, np.diag(dataset.highs - dataset.lows), boxes, prior)
 
 
 def carried_coordinates(dataset: Dataset, rank: int, space: ParameterSpace) -> Coordinates:

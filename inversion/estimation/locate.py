@@ -198,7 +198,7 @@ def _of_priors(coordinates: Coordinates, choice: InversionOptions, dataset: Data
         return [f"the prior of {names} is not used: the design varies combinations of the parameters alone"]
 
     def shown(i: int, z: float) -> str:
-        value, unit = dataset.shown(i, float(dataset.lows[i] + z * (dataset.highs[i] - dataset.lows[i])))
+        value, unit = dataset.shown(i, float(coordinates.values(i, np.array([z]))[0]))
         return quantity(value, unit)
 
     sd = np.sqrt(np.diag(best.covariance)[:-1])

@@ -67,8 +67,8 @@ def _profile(calibrator: Calibrator, fits: Fits, i: int) -> Profile:
     found = [_best(calibrator, fits, i, float(value)) for value in grid]
     known = [(value, mode) for value, mode in zip(grid, found, strict=True) if mode is not None]
     lowest = min(mode.cost for _, mode in known)
-    names, span = calibrator.coordinates.names, calibrator.coordinates.basis[i, i]
-    values = np.array([calibrator.coordinates.base[i] + value * span for value, _ in known])
+    names = calibrator.coordinates.names
+    values = calibrator.coordinates.values(i, np.array([value for value, _ in known]))
     ends = tuple(_at_bound(calibrator, mode, i) for _, mode in known)
     return Profile(names[i], values, np.array([mode.cost - lowest for _, mode in known]), ends, tuple(names))
 

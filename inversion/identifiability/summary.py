@@ -33,17 +33,16 @@ def posterior_figures(posterior: Posterior, coordinates: Coordinates) -> Posteri
     names = (*coordinates.names, TIME) if posterior.t0.any() else coordinates.names
     rows = np.column_stack([posterior.theta, posterior.t0])[:, : len(names)]
     low, high = np.quantile(rows, [0.025, 0.975], axis=0)
-    sd = rows.std(axis=0)
-    prior = coordinates.prior.truncated_sd() * np.abs(np.diag(coordinates.basis))
+    contraction = 1.0 - (posterior.z.std(axis=0) / coordinates.prior.truncated_sd()) ** 2
     best = np.append(posterior.mode.theta, posterior.mode.t0)[: len(names)]
     correlation = posterior.correlation()[: len(names), : len(names)]
     return PosteriorFigures(
         names=names,
         most_probable=_named(names, best),
         mean=_named(names, rows.mean(axis=0)),
-        sd=_named(names, sd),
+        sd=_named(names, rows.std(axis=0)),
         interval_95={n: (float(a), float(b)) for n, a, b in zip(names, low, high, strict=True)},
-        contraction=_named(coordinates.names, 1.0 - (sd[: len(prior)] / prior) ** 2),
+        contraction=_named(coordinates.names, contraction),
         correlation=tuple(tuple(map(float, row)) for row in correlation),
         rhat={n: finite(v) for n, v in zip(coordinates.names, posterior.rhat, strict=True)},
         effective=_named(coordinates.names, posterior.ess),

@@ -6,6 +6,7 @@ the response; what is uncertain in it are columns of the model's error, as for a
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +25,6 @@ SEEN = 2.0  # standard deviations from which a bend counts as possible
 MAINS = (50.0, 60.0)  # [Hz]
 WHOLE_PERIODS = 0.8  # of the mains that the record before contact must span for its hum to be fitted
 EXPLAINED = 0.3  # share of the variance before contact that a hum must explain
-BEND = 2.0 * np.pi * MAINS[1] / 2.0  # [1/s] of a drift that may be the beginning of a hum: rate times this is its bend
 SHIFTED = "offset"
 DRIFTED = "offset and drift"
 
@@ -33,9 +33,10 @@ DRIFTED = "offset and drift"
 class Baseline:
     """offset + drift (t - middle) + hum, SI; middle [s]: of the record before contact.
 
-    kind: in words; frequency: of the hum [Hz], 0 without; coefficients: (k,) SI; covariance: (k, k); bend: standard
-    deviation of the coefficient of (t - middle)^2, which few points leave undetermined; points: before contact;
-    drift_kept: whether the sensor drifts besides, which is left in the record.
+    kind: in words; frequency: of the hum [Hz], 0 without; coefficients: (k,) SI; covariance: (k, k); hums: of a drift,
+    frequency of the mains [Hz] -> (4, q) changes of offset, drift and hum, one standard deviation each, where the drift
+    is the beginning of a hum; points: before contact; drift_kept: whether the sensor drifts besides, which is left in
+    the record.
     """
 
     kind: str
@@ -43,7 +44,7 @@ class Baseline:
     frequency: float
     coefficients: Array
     covariance: Array
-    bend: float
+    hums: Mapping[float, Array]
     points: int
     drift_kept: bool = False
 
@@ -58,10 +59,10 @@ class Baseline:
 
     def columns(self, times: Array) -> Array:
         """(n, s) changes of the reading at rest for one standard deviation of what is uncertain in it."""
+        if self.hums:
+            return np.hstack([terms(times, WITH_HUM, f, self.middle) @ root for f, root in self.hums.items()])
         values, vectors = np.linalg.eigh(self.covariance)
-        known = self._terms(times) @ (vectors * np.sqrt(np.maximum(values, 0.0)))
-        bend = self.bend * (times - self.middle)[:, None] ** 2
-        return np.hstack([known, bend]) if self.bend else known
+        return self._terms(times) @ (vectors * np.sqrt(np.maximum(values, 0.0)))
 
     def interval(self, time: float) -> tuple[float, float]:
         """95 % interval of the reading at rest at an instant [s]."""
@@ -78,14 +79,15 @@ class Baseline:
         if len(keep) > 1:
             keep[0, 1], keep[1, 1] = -self.middle, 0.0
         covariance = keep @ self.covariance @ keep.T
-        covariance[0, 0] += (self.bend * self.middle**2) ** 2
+        if self.hums:
+            covariance[0, 0] = (self.columns(np.zeros(1)) ** 2).sum()
         kept = len(keep) if self.frequency else 1
         return replace(
             self,
             kind=self.kind if self.frequency else SHIFTED,
             coefficients=(keep @ self.coefficients)[:kept],
             covariance=covariance[:kept, :kept],
-            bend=0.0,
+            hums={},
             drift_kept=self.kind == DRIFTED,
         )
 
@@ -168,7 +170,7 @@ def constant_baseline(times: Array, reading: float, rounding: float) -> Baseline
         frequency=0.0,
         coefficients=np.array([reading]),
         covariance=np.array([[rounding**2]]),
-        bend=0.0,
+        hums={},
         points=len(times),
     )
 
@@ -201,7 +203,7 @@ def baseline_of(
                 frequency=frequency,
                 coefficients=found,
                 covariance=covariance,
-                bend=bend.possible(abs(float(found[1])) * BEND) if bend else 0.0,
+                hums=_possible_hums(times, values, worth, rounding, found, bend) if bend else {},
                 points=len(times),
             )
     return None
@@ -209,11 +211,10 @@ def baseline_of(
 
 @dataclass(frozen=True)
 class _Bend:
-    """Coefficient of (t - middle)^2 before contact, SI, and its standard deviation; length [s]: of that record."""
+    """Coefficient of (t - middle)^2 before contact, SI, and its standard deviation."""
 
     coefficient: float
     deviation: float
-    length: float
 
     @classmethod
     def of(cls, times: Array, values: Array, worth: float) -> _Bend:
@@ -222,19 +223,40 @@ class _Bend:
         rows = np.stack([np.ones(len(times)), apart, apart**2], axis=1) / np.array([1.0, length, length**2])
         inverse = np.linalg.inv(rows.T @ rows)
         coefficient = float((inverse @ rows.T @ values)[2])
-        return cls(coefficient / length**2, float(np.sqrt(worth * inverse[2, 2])) / length**2, length)
+        return cls(coefficient / length**2, float(np.sqrt(worth * inverse[2, 2])) / length**2)
 
     @property
     def clear(self) -> float:
         """Its size in standard deviations."""
         return abs(self.coefficient) / self.deviation
 
-    def possible(self, of_hum: float) -> float:
-        """Standard deviation of the bend; of_hum: that of a drift that is the beginning of a hum.
+    @property
+    def seen(self) -> float:
+        """The coefficient where it counts as possible, else 0."""
+        return self.coefficient if self.clear > SEEN else 0.0
 
-        Where a hum would have been found the record says how far a drift may bend. A shorter one does not: at some
-        phases a hum bends behind it alone.
-        """
-        whole = self.length * min(MAINS) >= WHOLE_PERIODS
-        size = of_hum * self.deviation / float(np.hypot(of_hum, self.deviation)) if whole else of_hum
-        return float(np.hypot(size, self.coefficient)) if self.clear > SEEN else size
+
+def _possible_hums(
+    times: Array, values: Array, worth: float, rounding: float, line: Array, bend: _Bend
+) -> dict[float, Array]:
+    """`Baseline.hums` of a drift, of each frequency of the mains, which are as likely.
+
+    A sin(w (t - middle) + phase) has the rate A w cos(phase) and the bend -A w^2 sin(phase) / 2 at the middle, so that
+    both together give its amplitude. That is the prior standard deviation of sine and cosine, and the record says how
+    much of a hum it leaves possible: of a short rest nearly all, of half a period next to nothing (linear regression
+    with a normal prior: O'Hagan & Forster, Bayesian Inference, 2004, ch. 11). The straight line stays what is
+    subtracted; how far the regression lies off it is one more change.
+    """
+    middle, length, found = float(times.mean()), float(np.ptp(times)), dict[float, Array]()
+    for frequency in MAINS:
+        w = 2.0 * np.pi * frequency
+        size = float(np.hypot(line[1] / w, 2.0 * bend.seen / w**2))
+        scales = np.array([1.0, 1.0 / length, size, size])
+        data = terms(times, WITH_HUM, frequency, middle) * scales / np.sqrt(worth)
+        prior = np.eye(WITH_HUM)[LINE:]
+        u, s, v = np.linalg.svd(np.vstack([data, prior]), full_matrices=False)
+        mean = v.T @ (u.T @ np.append(values / np.sqrt(worth), np.zeros(len(prior))) / s)
+        off = scales * mean - np.append(line, np.zeros(len(prior)))
+        changes = np.column_stack([scales[:, None] * v.T / s, off, rounding * np.eye(WITH_HUM)[0]])
+        found[frequency] = changes / np.sqrt(len(MAINS))
+    return found

@@ -150,20 +150,26 @@ def rough_draws(
 ) -> Array:
     """(n, k) independent draws, SI, inside the box (2, k) in which an answer was sought.
 
-    Normal from value and 95 % interval where the parameter is identified, else from the prior in the scale of the
-    range.
+    In the scale of the range: normal from value and 95 % interval where the parameter is identified, else from the
+    prior.
     """
-    rng = np.random.default_rng(seed)
-    draws = space.to_physical(prior.draw(rng, space.to_unit(searched), (DRAWN, len(space.names))))
-    for j, name in enumerate(space.names):
-        value, interval = estimates[name].value, estimates[name].interval_95
-        if not estimates[name].identified or value is None or interval is None:
-            continue
-        draws[:, j] = value
-        sd = (interval[1] - interval[0]) / (2.0 * NORMAL_95)
+    rng, limits = np.random.default_rng(seed), space.to_unit(searched)
+    draws = prior.draw(rng, limits, (DRAWN, len(space.names)))
+    places = space.to_unit(np.array([_ends(estimates[name]) for name in space.names]).T)
+    for j in np.flatnonzero(np.isfinite(places).all(axis=0)):
+        mean, low, high = places[:, j]
+        draws[:, j] = mean
+        sd = (high - low) / (2.0 * NORMAL_95)
         if sd > 0.0:
-            draws[:, j] = truncnorm.rvs(*(searched[:, j] - value) / sd, value, sd, size=DRAWN, random_state=rng)
-    return draws
+            draws[:, j] = truncnorm.rvs(*(limits[:, j] - mean) / sd, mean, sd, size=DRAWN, random_state=rng)
+    return np.clip(space.to_physical(draws), *searched)
+
+
+def _ends(one: Estimate) -> tuple[float, float, float]:
+    """Value and 95 % interval, SI, of an identified parameter; NaN of another."""
+    if not one.identified or one.value is None or one.interval_95 is None:
+        return np.nan, np.nan, np.nan
+    return one.value, *one.interval_95
 
 
 def _errors(table: pd.DataFrame, method: str, ending: str, case: Case, known: Inversion) -> dict[str, SensorError]:

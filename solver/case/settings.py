@@ -55,7 +55,7 @@ class SolverSettings(Section):
 
 
 class Prior(Section):
-    """What is known of a parameter beside its range: a normal distribution, mean and standard deviation in SI."""
+    """What is known of a parameter beside its range: mean and standard deviation in SI, normal in the range's scale."""
 
     mean: float
     sd: float
@@ -64,7 +64,8 @@ class Prior(Section):
 class Inverted(Section):
     """A parameter to be found: key (dotted, filled in by its parent) and range, the SI limits of the search.
 
-    scale: in which a design spreads its runs over the range; logarithmic for one that spans decades.
+    scale: in which a design spreads its runs over the range, and in which a prior is normal; logarithmic for one that
+    spans decades.
     prior: what else is known of it, cut off at the range; absent: a normal one about the middle of the range with its
     standard deviation, range/sqrt(12).
     """

@@ -16,7 +16,7 @@ from birdstrike.data.histories import Array
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.effects.effect import Declared, Effect, Table
 from birdstrike.solver.effects.fault import Fault
-from birdstrike.solver.sensors.instrument import Instrument, delayed, low_pass
+from birdstrike.solver.sensors.instrument import LEAST_GAIN, Instrument, delayed, low_pass
 
 FAMILY = "instrument"
 LARGEST_GAIN = 1.0  # that is looked for: twice the reading, as of a range set wrong; the least is a dead sensor's
@@ -159,7 +159,7 @@ INSTRUMENT = (
         "",
         _of_transducers(GAIN),
         lambda _: 0.03,
-        lambda _: -0.99,
+        lambda _: LEAST_GAIN - 1.0,
         family=FAMILY,
         source="calibration of the transducer and its amplifier: a few per cent",
         scope="sensor",

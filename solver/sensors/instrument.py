@@ -17,6 +17,7 @@ from birdstrike.solver.fields import Between, Section, complaint
 from birdstrike.solver.sensors.registry import SENSORS
 from birdstrike.solver.sensors.sensor import Sensor
 
+LEAST_GAIN = 0.01  # of a sensor that is as good as dead
 NO_DRIFT = 'fits no kind of sensor; write it per second, such as "1 mm/s" or "5 kN/s"'
 
 
@@ -28,7 +29,7 @@ class Instrument(Section):
     """
 
     time_offset: Annotated[float, Between("-10 ms", "10 ms")] = 0.0
-    gain: Annotated[float, Between(0.01, 100.0)] = 1.0
+    gain: Annotated[float, Between(LEAST_GAIN, 100.0)] = 1.0
     bandwidth: Annotated[float, Between("1 Hz", "1e9 Hz")] | None = None
     drift: float = 0.0
 

@@ -20,7 +20,7 @@ from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
 from birdstrike.inversion.diagnosis.inference.fit import Fit, Problem, each
 from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect, Hypothesis
 from birdstrike.inversion.diagnosis.inference.system import build
-from birdstrike.inversion.diagnosis.preparation.instrument import with_faults
+from birdstrike.inversion.diagnosis.preparation.instrument import beside_declared, with_faults
 from birdstrike.inversion.diagnosis.preparation.setup import stack
 from birdstrike.inversion.diagnosis.preparation.shots import LATEST_SHIFT, Record, Shot
 from birdstrike.inversion.labels import label_parts
@@ -250,13 +250,14 @@ def case_with(case: Case, acting: Sequence[tuple[CandidateEffect, float]]) -> Ca
     None is smaller than the least that means anything, which a fit at that limit may miss by rounding.
     """
     faults, common = list[tuple[str, str, float]](), dict[str, float]()
-    for one, value in acting:
+    for one, found in acting:
+        value = found if one.fault is None else max(found, one.fault.least * one.fault.size)
         if one.fault is not None and one.label.split("@")[0] != one.name:
             faults.append((one.fault.sensors[0], one.name, value))
         elif np.isfinite(value) and value:
-            common[one.name] = _beside_declared(case, one.name, value)
-    found = with_faults(case.with_effects({**case.effects, **common}) if common else case, faults)
-    return _long_enough(found, _earliest(case))
+            common[one.name] = max(beside_declared(case, one.name, value), effect_named(one.name).least(case))
+    acted = with_faults(case.with_effects({**case.effects, **common}) if common else case, faults)
+    return _long_enough(acted, _earliest(case))
 
 
 def _long_enough(case: Case, declared: float) -> Case:
@@ -274,13 +275,6 @@ def _long_enough(case: Case, declared: float) -> Case:
 def _earliest(case: Case) -> float:
     """Least offset of the case's instruments [s], 0 where none is early."""
     return min((own.time_offset for own in case.instrument.values()), default=0.0)
-
-
-def _beside_declared(case: Case, name: str, value: float) -> float:
-    """Magnitude of an effect together with what the case declares of it, as only an instrument's can be there twice."""
-    effect = effect_named(name)
-    whole = value if effect.fault is None else effect.fault.combined(case.effects.get(name, 0.0), value)
-    return max(whole, effect.least(case))
 
 
 def run_at(

@@ -40,7 +40,9 @@ SURE = 0.5  # probability of none beyond which there is nothing to bring up to d
 WITHIN = 12.0  # nats of the best single, at least
 CANDIDATES = 400  # places near a fit among which the next run of the campaign is chosen
 REACH = 2.0  # standard deviations of a fit
-MISFIT_WITHOUT_EFFECT = 2.0  # times all errors: a shot in which a fit without an effect leaves more needs one
+MISFIT_WITHOUT_EFFECT = 2.0
+"""Times all errors: a shot from which a fit without an effect is farther needs one. A model without one that is right
+leaves more in at most 4.6 % of the shots (`answer_warnings.MISFIT_ATTRIBUTED`)."""
 DIGITS = 3  # of a magnitude and of a place: the last ones of a fit differ from call to call, and each is another run
 NEAR = 0.3  # of a magnitude: within it of one that was simulated the response is interpolated
 

@@ -3,7 +3,8 @@
 log p(y | M, a, S) = -1/2 (r^T C^-1 r + log det C + p log 2 pi), C = error + J J^T + sum_j (S^2 g_j g_j^T + h_j^2 R_j),
 with r the residual less what the places' own prior moves (MacKay, Neural Comput. 4 (1992) 415; O'Hagan & Forster,
 Bayesian Inference, 2004, ch. 11), summed over the standard deviations S of the magnitudes. One-sided magnitudes have a
-half-normal prior: times 2 Phi(mean / sd) of the posterior, which is then the normal cut off at 0.
+half-normal prior: times 2 Phi(mean / sd) of the posterior, which is then the normal cut off at 0; of two in a pair,
+times 4 of their posterior's quadrant.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from birdstrike.inversion.diagnosis.inference.gaussians import (
     Grams,
     Indices,
     Reduced,
+    covariance_of,
     cut_off_at_zero,
     integrated,
     log_mass_above_zero,
@@ -49,7 +51,6 @@ of the very test to one that is as wrong as what a laboratory cannot measure."""
 SAME = 1e-9  # relative difference of two signatures that are one
 MOST_NUMBERS = 4e7  # in the matrices of the nodes that are reduced at once: 320 MB
 NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
-FEW = 3  # nodes from which the parameters' covariance and the draws are taken
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,8 @@ class Evidence:
     """One model, amplitudes marginalised. h: (members,) posterior means, never negative of one-sided members; weights:
     (nodes,) posterior of the nodes; amplitudes: kind -> posterior mean; unnamed: that of the unnamed errors' size; z:
     (free,) of the columns of the free directions; h_cov, z_cov: of the magnitudes and the calibrated parameters (these
-    as if no magnitude were one-sided, never too small), with what another lattice moves in them; h_lattice: that alone.
+    as if no magnitude were one-sided, never too small), with what another lattice moves in them; h_lattice: that alone;
+    z_spread: of z_cov, how far the means at the nodes lie apart.
     """
 
     hypothesis: Hypothesis
@@ -70,6 +72,7 @@ class Evidence:
     weights: Array
     amplitudes: Mapping[str, float]
     unnamed: float
+    z_spread: Array | float = 0.0
 
 
 class ModelTester:
@@ -195,7 +198,7 @@ class ModelTester:
             turned[:J, J], d[:, :J] = -held, 0.0
         every = [*out.columns[J:], *out.columns[:J], *columns]
         S, W = np.empty((len(nodes), c, c)), np.empty((len(nodes), len(out.columns), c))
-        logdet = np.empty(len(nodes))
+        V, logdet = np.empty((len(nodes), J, J)), np.empty(len(nodes))
         # all but the parameters first: it is costly, and the same at every distance of the birds
         alike, chosen, at = np.unique(nodes % self.period, return_index=True, return_inverse=True)
         step = max(int(MOST_NUMBERS / len(every) ** 2), 1)
@@ -204,9 +207,10 @@ class ModelTester:
             inner, taken, volume = integrated(grams.at(alike[part], every), d[chosen[part], J:])
             inner, taken, to = turned.T @ inner @ turned, taken @ turned, at[own] - first
             S[own], W[own, :J], logdet[own] = integrated(inner[to], d[own, :J])
+            V[own] = covariance_of(inner[to, :J, :J], d[own, :J])
             by_parameters = taken[to, :, :J] @ (d[own, :J, None] * W[own, :J])
             W[own, J:], logdet[own] = taken[to, :, J:] - by_parameters, logdet[own] + volume[to]
-        return Reduced(S, W, logdet, out)
+        return Reduced(S, W, V, logdet, out)
 
     def likely_combinations(self, labels: Sequence[str], share: float) -> set[int]:
         """Numbers of the combinations of amplitudes whose posterior weight is `share` of the best one's or more.
@@ -246,18 +250,17 @@ class ModelTester:
         """
         members = [one.label for one in hypothesis.members]
         nodes = np.arange(len(self.combinations)) if only is None else np.asarray(only)
-        reduced, grams = self._without_errors(hypothesis, nodes)
+        lattice = self._lattice(hypothesis)
         if not members:
-            return self._evaluated(hypothesis, nodes, reduced, grams)
-        logs, best, covariance = self.weighed(hypothesis, nodes, reduced, grams)
+            grams = self.grams_of(hypothesis)
+            return self._evaluated(hypothesis, nodes, self.reduced(grams, nodes, [0, *lattice]), grams)
+        logs, best, covariance = self.weighed(hypothesis, nodes, *self._without_errors(hypothesis, nodes))
         w = softmax(logs)
         weights = w.sum(axis=0)
         kept = nodes[weights > NEGLIGIBLE * weights.max()]
         fitted = self._sizes(hypothesis, nodes, w, best, covariance)[0] if sizes is None else sizes
-        directions = self.directions(members, fitted)
-        return self._evaluated(
-            hypothesis, kept, self.reduced(self.grams, kept, self.columns_of(members), directions), self.grams
-        )
+        columns, directions = [*self.columns_of(members), *lattice], self.directions(members, fitted)
+        return self._evaluated(hypothesis, kept, self.reduced(self.grams, kept, columns, directions), self.grams)
 
     def likeliest(self, changes: Array, sizes: Array) -> float:
         """The likeliest of the sizes h (c,) of an effect whose exact changes (n, c) of the records are given, whitened.
@@ -278,9 +281,7 @@ class ModelTester:
         if hypothesis.label == SOMETHING_ELSE:
             return self.reduced(self.other_grams, nodes, [0]), self.other_grams
         index, quick = self.singles
-        at = [0, *(index[one.label] for one in hypothesis.members)]
-        own = replace(quick, S=quick.S[nodes][:, at][:, :, at], W=quick.W[nodes][:, :, at], logdet=quick.logdet[nodes])
-        return own, self.grams
+        return quick.at(nodes).of([0, *(index[one.label] for one in hypothesis.members)]), self.grams
 
     def columns_of(self, members: Sequence[str]) -> list[int]:
         """Of the residual and of effects' signatures."""
@@ -357,19 +358,22 @@ class ModelTester:
         logs = logs + log_mass_above_zero(hypothesis.members, best, covariance)
         return logs + self.log_weights[nodes] - np.log(len(factor)), best, covariance
 
-    def _evaluated(self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, grams: Grams) -> Evidence:
-        """Marginal likelihood of all nodes together."""
+    def _evaluated(self, hypothesis: Hypothesis, nodes: Indices, whole: Reduced, grams: Grams) -> Evidence:
+        """Marginal likelihood of all nodes together; whole: of residual, members, and what another lattice moves."""
+        reduced = whole.of(range(1 + len(hypothesis.members)))
         logs, best, covariance = self.weighed(hypothesis, nodes, reduced, grams)
         evidence = float(np.logaddexp.reduce(logs, axis=None))
         w = np.exp(logs - evidence)
         h, h_cov, beside_unnamed = self._sizes(hypothesis, nodes, w, best, covariance)
-        z_cov, by_lattice = self._covariances(hypothesis, nodes, w, reduced.directions, grams)
         d = self.sizes(nodes)
         W = reduced.W[:, : d.shape[1]]
-        moved = np.einsum("sn,snc->nc", w, beside_unnamed)
-        z = w.sum(axis=0)[:, None] * W[:, :, 0] - np.einsum("nrc,nc->nr", W[:, :, 1:], moved)
-        z = (d * z).sum(axis=0)
+        places = d * (W[:, :, 0] - np.einsum("nrc,snc->snr", W[:, :, 1:], beside_unnamed))
+        z = np.einsum("sn,snr->r", w, places)
         count = len(self.rotation)
+        z_cov, by_lattice = self._covariances(hypothesis, nodes, w, whole, covariance)
+        apart = places[:, :, :count] - z[:count]
+        z_spread = self.rotation.T @ np.einsum("sn,snr,snq->rq", w, apart, apart) @ self.rotation
+        z_cov = self.rotation.T @ z_cov @ self.rotation + z_spread
         z[:count] = self.rotation.T @ z[:count]
         weights = np.zeros(len(self.combinations))
         weights[nodes] = w.sum(axis=0)
@@ -386,6 +390,7 @@ class ModelTester:
             weights=weights,
             amplitudes=mean,
             unnamed=unnamed,
+            z_spread=z_spread,
         )
 
     def _sizes(
@@ -418,8 +423,8 @@ class ModelTester:
 
         s: deviations of the prior. They differ where an unnamed error shares the signature: of a sum t = h + u with
         prior variances s^2 and tau^2, h given t is normal with mean t s^2/(s^2 + tau^2) and variance
-        s^2 tau^2/(s^2 + tau^2). A t that cannot be negative is cut off at 0, one after the other in a pair. Of h stands
-        then what moves the parameters: data tell of t alone, so that parameters have the covariance with t that they
+        s^2 tau^2/(s^2 + tau^2). A t that cannot be negative is cut off at 0, both together in a pair. Of h stands then
+        what moves the parameters: data tell of t alone, so that parameters have the covariance with t that they
         have with h times (s^2 + tau^2)/s^2.
         """
         own = (self.deviations if members else np.ones(1))[:, None]
@@ -433,10 +438,7 @@ class ModelTester:
             whole[..., i, i] = np.maximum((cov[..., i, i] - tau / ratio[..., i]) * ratio[..., i] ** 2, 0.0)
         means = np.concatenate([ratio * mean, mean], axis=-1)
         covariances = np.concatenate([whole, with_own], axis=-2)
-        for i, one in enumerate(members):
-            if one.one_sided:
-                means, covariances = cut_off_at_zero(means, covariances, i)
-        return means, covariances
+        return cut_off_at_zero(members, means, covariances)
 
     def unnamed_of(self, label: str) -> int:
         """Column of the unnamed error whose signature an effect has."""
@@ -450,31 +452,28 @@ class ModelTester:
         return np.arange(at.start, at.start if hypothesis.label == SOMETHING_ELSE else at.stop)
 
     def _covariances(
-        self, hypothesis: Hypothesis, nodes: Indices, w: Array, directions: Directions, grams: Grams
+        self, hypothesis: Hypothesis, nodes: Indices, w: Array, whole: Reduced, covariance: Array
     ) -> tuple[Array, Array]:
         """(r, r) of the calibrated parameters, and (q, q) what another lattice adds to that of the magnitudes.
 
-        At the likeliest places of w (deviations, nodes); parameters in prior standard deviations, magnitudes in
-        plausible sizes. A fit takes up what another lattice moves, and no residual shows it: with V the covariance of
-        all that is fitted and X those columns, X alone would move the fit by V X^T C^-1 lattice. That belongs to the
-        intervals and not to the likelihood, which would then leave to chaotic sensors what the displacements say (the
-        covariance of an estimate by a likelihood that is not the true one: White, Econometrica 50 (1982) 1).
+        Means over the places by their weights w (deviations, nodes); covariance: of the magnitudes there. Parameters in
+        prior standard deviations and turned (`rotation`), magnitudes in plausible sizes. A fit takes up what another
+        lattice moves, and no residual shows it: with V the covariance of all that is fitted and X those columns, X
+        alone would move the fit by V X^T C^-1 lattice. That belongs to the intervals and not to the likelihood, which
+        would then leave to chaotic sensors what the displacements say (the covariance of an estimate by a likelihood
+        that is not the true one: White, Econometrica 50 (1982) 1).
         """
-        members, lattice = hypothesis.members, self._lattice(hypothesis)
-        r, q, first = len(self.rotation), len(members), len(directions.columns)
-        columns = [*directions.columns, *self.columns_of([one.label for one in members])[1:]]
-        parameters, sizes, held = np.zeros((r, r)), np.zeros((q, q)), 0.0
-        for place in np.argsort(-w, axis=None)[:FEW]:
-            s, i = (int(at) for at in np.unravel_index(place, w.shape))
-            node, factor, share = nodes[i : i + 1], self.prior_deviations(q)[s], float(w[s, i])
-            d = np.concatenate([self.deviations_of(directions, node)[0], factor])
-            gram = grams.at(node, [*columns, *lattice])[0]
-            V = d[:, None] * np.linalg.inv(d[:, None] * gram[: len(d), : len(d)] * d + np.eye(len(d))) * d
-            moved = V @ gram[: len(d), len(d) :]
-            for j, one in enumerate(members):
-                if one.label in self.shared:  # the whole is the member's, as in `_magnitudes`
-                    moved[first + j] *= 1.0 + (self.unnamed[node[0]] / factor[j]) ** 2
-            parameters += share * (V[:r, :r] + moved[:r] @ moved[:r].T)
-            sizes += share * moved[first:] @ moved[first:].T
-            held += share
-        return self.rotation.T @ (parameters / held) @ self.rotation, sizes / held
+        members, r = hypothesis.members, len(self.rotation)
+        q, factor = len(members), self.prior_deviations(len(members))
+        of_sizes = covariance * factor[:, None, :, None] * factor[:, None, None, :]
+        W = self.sizes(nodes)[:, :r, None] * whole.W[:, :r]
+        beside, by_lattice = W[:, :, 1 : 1 + q], W[:, :, 1 + q :]
+        moved = np.einsum("snij,njl->snil", of_sizes, whole.S[:, 1 : 1 + q, 1 + q :])
+        shifted = by_lattice - np.einsum("nri,snil->snrl", beside, moved)
+        parameters = np.einsum("n,nrp->rp", w.sum(axis=0), whole.V)
+        parameters += np.einsum("sn,nri,snij,npj->rp", w, beside, of_sizes, beside, optimize=True)
+        parameters += np.einsum("sn,snrl,snpl->rp", w, shifted, shifted, optimize=True)
+        for j, one in enumerate(members):
+            if one.label in self.shared:  # the whole is the member's, as in `_magnitudes`
+                moved[:, :, j] *= 1.0 + (self.unnamed[nodes] / factor[:, j, None])[..., None] ** 2
+        return parameters, np.einsum("sn,snil,snjl->ij", w, moved, moved, optimize=True)

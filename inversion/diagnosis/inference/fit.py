@@ -70,6 +70,15 @@ class Fit:
         mean = prior.place(self.evidence.z[at : at + k])
         return mean, prior.sd * np.sqrt(np.diag(self.evidence.z_cov)[at : at + k])
 
+    def narrowed(self, name: str, k: int) -> Array:
+        """(k,) standard deviations to which the record narrows a shot's parameters where the amplitudes are known.
+
+        A record that contradicts a prior leaves open which amplitude of the model error that comes of: over all of them
+        the parameters can then be less certain than beforehand.
+        """
+        at, prior = self.system.names.index(name) * k, self.system.priors[name]
+        return prior.sd * np.sqrt(np.diag(self.evidence.z_cov - self.evidence.z_spread)[at : at + k])
+
 
 @dataclass(frozen=True)
 class Problem:

@@ -8,12 +8,13 @@ be negative: their distribution is normal, cut off at 0.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
-from scipy.special import erfcx, log_ndtr
+from scipy.special import erfcx, log_ndtr, ndtri_exp, softmax
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
@@ -21,6 +22,9 @@ from birdstrike.inversion.diagnosis.inference.system import Block
 
 Indices = NDArray[np.intp]
 MANY = 64  # columns integrated out, from which on Cholesky factors pay, one node after the other
+LEGENDRE = leggauss(24)
+NODES, LOG_WEIGHTS = 0.5 * (LEGENDRE[0] + 1.0), np.log(0.5 * LEGENDRE[1])
+"""On 0..1: shares of the distribution of one of two magnitudes that cannot be negative, and their weights."""
 
 
 @dataclass(frozen=True)
@@ -73,13 +77,24 @@ class Directions:
 class Reduced:
     """Some columns with parameters, unnamed errors and errors of signatures integrated out, at some nodes.
 
-    S: (nodes, c, c) their information; W: (nodes, r, c) what the directions take of them; logdet: (nodes,).
+    S: (nodes, c, c) their information; W: (nodes, r, c) what the directions take of them; V: (nodes, k, k) covariance
+    of the parameters, the columns known; logdet: (nodes,).
     """
 
     S: Array
     W: Array
+    V: Array
     logdet: Array
     directions: Directions
+
+    def of(self, columns: Sequence[int]) -> Reduced:
+        """Of some of the columns, the residual first."""
+        at = list(columns)
+        return replace(self, S=self.S[:, at][:, :, at], W=self.W[:, :, at])
+
+    def at(self, nodes: Indices) -> Reduced:
+        """At some of the nodes."""
+        return replace(self, S=self.S[nodes], W=self.W[nodes], V=self.V[nodes], logdet=self.logdet[nodes])
 
 
 def integrated(whole: Array, d: Array) -> tuple[Array, Array, Array]:
@@ -99,16 +114,88 @@ def integrated(whole: Array, d: Array) -> tuple[Array, Array, Array]:
     return whole[:, r:, r:] - cross.transpose(0, 2, 1) @ W, W, logdet
 
 
+def covariance_of(information: Array, d: Array) -> Array:
+    """(nodes, r, r) posterior covariance, by the information (nodes, r, r) and prior deviations d (nodes, r)."""
+    own = d[:, :, None] * information * d[:, None, :] + np.eye(d.shape[1])
+    return d[:, :, None] * np.linalg.inv(own) * d[:, None, :]
+
+
 def log_mass_above_zero(members: Sequence[CandidateEffect], best: Array, covariance: Array) -> Array:
-    """(...) log of 2 Phi(mean/sd) for each magnitude that cannot be negative; best (..., q)."""
-    total = np.zeros(best.shape[:-1])
-    for i, one in enumerate(members):
-        if one.one_sided:
-            total += np.log(2.0) + log_ndtr(best[..., i] / np.sqrt(covariance[..., i, i]))
-    return total
+    """(...) log of 2 for each magnitude that cannot be negative, times the probability that none is; best (..., q)."""
+    sided = [i for i, one in enumerate(members) if one.one_sided]
+    if not sided:
+        return np.zeros(best.shape[:-1])
+    sd = np.sqrt(np.einsum("...ii->...i", covariance))
+    if len(sided) == 1:
+        return np.log(2.0) + log_ndtr(best[..., sided[0]] / sd[..., sided[0]])
+    quadrant = _Quadrant.of(best / sd, covariance[..., 0, 1] / (sd[..., 0] * sd[..., 1]))
+    return 2.0 * np.log(2.0) + quadrant.log_probability
 
 
-def cut_off_at_zero(mean: Array, covariance: Array, i: int) -> tuple[Array, Array]:
+def cut_off_at_zero(members: Sequence[CandidateEffect], mean: Array, covariance: Array) -> tuple[Array, Array]:
+    """Mean (..., n), covariance with the members (..., n, q) of normal variables, one-sided members cut off at 0."""
+    sided = [i for i, one in enumerate(members) if one.one_sided]
+    if len(sided) == 1:
+        return _one_cut_off(mean, covariance, sided[0])
+    return _both_cut_off(mean, covariance) if sided else (mean, covariance)
+
+
+@dataclass(frozen=True)
+class _Quadrant:
+    """Where two standard normal variables of means a (..., 2) and correlation rho are both positive, by quadrature over
+    the one that is more often negative, cut off at 0: the other is seldom negative beside it.
+
+    first: (...) which that is; z: (..., nodes) its distance from its mean; logs: (..., nodes) log of their probability.
+    """
+
+    first: Array
+    z: Array
+    logs: Array
+
+    @classmethod
+    def of(cls, a: Array, rho: Array) -> _Quadrant:
+        """Probabilities in logarithms, which the tails leave finite."""
+        first = a.argmin(axis=-1)
+        own, other = a.min(axis=-1)[..., None], a.max(axis=-1)[..., None]
+        tail = log_ndtr(own)
+        z, rho = -ndtri_exp(np.log1p(-NODES) + tail), rho[..., None]
+        beside = log_ndtr((other + rho * z) / np.sqrt(np.maximum(1.0 - rho**2, 1e-300)))
+        return cls(first, z, tail + LOG_WEIGHTS + beside)
+
+    @property
+    def log_probability(self) -> Array:
+        """(...) of both being positive."""
+        return np.asarray(np.logaddexp.reduce(self.logs, axis=-1))
+
+
+def _both_cut_off(mean: Array, covariance: Array) -> tuple[Array, Array]:
+    """Mean (..., n), covariance with the first two (..., n, 2) of normal variables of which these two are not negative.
+
+    At every value of the one the other is cut off at 0, exactly; the whole is the mixture.
+    """
+    sd = np.sqrt(np.maximum(np.einsum("...ii->...i", covariance[..., :2, :]), 1e-300))
+    quadrant = _Quadrant.of(mean[..., :2] / sd, covariance[..., 0, 1] / (sd[..., 0] * sd[..., 1]))
+    w = softmax(quadrant.logs, axis=-1)
+    means, covariances = np.empty(mean.shape), np.empty(covariance.shape)
+    for i in (0, 1):
+        of = quadrant.first == i
+        along = covariance[of][..., i] / sd[of][:, i, None]
+        held = mean[of][:, None] + quadrant.z[of][..., None] * along[:, None]
+        rest = covariance[of] - along[..., None] * along[:, None, :2]
+        parts = _one_cut_off(held, np.broadcast_to(rest[:, None], (*held.shape, 2)), 1 - i)
+        means[of], covariances[of] = _mixtures(w[of], *parts)
+    return means, covariances
+
+
+def _mixtures(weights: Array, means: Array, covariances: Array) -> tuple[Array, Array]:
+    """Mean (m, n) and covariance with the first q (m, n, q) of m mixtures of k distributions; weights: (m, k)."""
+    mean = np.einsum("mk,mkn->mn", weights, means)
+    spread = means - mean[:, None]
+    within = np.einsum("mk,mknq->mnq", weights, covariances)
+    return mean, within + np.einsum("mk,mkn,mkq->mnq", weights, spread, spread[..., : covariances.shape[-1]])
+
+
+def _one_cut_off(mean: Array, covariance: Array, i: int) -> tuple[Array, Array]:
     """Mean (..., n), covariance with the first q (..., n, q) of normal variables of which number i < q is not negative.
 
     With a = mean_i/sd_i and L = phi(a)/Phi(a): mean_i + sd_i L, variance_i (1 - L (L + a)); the others by their

@@ -172,11 +172,11 @@ def family_of(name: str) -> str:
 
 def hypotheses(found: Sequence[CandidateEffect]) -> tuple[Hypothesis, ...]:
     """none, singles, pairs of different effects, something else, with their priors."""
-    single = _single_priors(found, 1.0 - PRIOR_NONE - PRIOR_PAIRS - PRIOR_ELSE)
-    singles = [Hypothesis(one.label, (one,), single[one.label], one.family) for one in found]
     couples = [(a, b) for a, b in combinations(found, 2) if kind_of(a.name) != kind_of(b.name)]
+    single = _single_priors(found, 1.0 - PRIOR_NONE - (PRIOR_PAIRS if couples else 0.0) - PRIOR_ELSE)
+    singles = [Hypothesis(one.label, (one,), single[one.label], one.family) for one in found]
     weight = {(a.label, b.label): single[a.label] * single[b.label] for a, b in couples}
-    total = sum(weight.values()) or 1.0
+    total = sum(weight.values())
     pairs = [
         Hypothesis(f"{a.label}+{b.label}", (a, b), PRIOR_PAIRS * weight[a.label, b.label] / total, "pairs")
         for a, b in couples

@@ -11,7 +11,7 @@ from scipy.special import softmax
 from scipy.stats import norm
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.inference.evidence import FEW, Evidence, ModelTester
+from birdstrike.inversion.diagnosis.inference.evidence import Evidence, ModelTester
 from birdstrike.inversion.diagnosis.inference.gaussians import Indices, integrated
 from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
 from birdstrike.surrogate.gaussian_process import NORMAL_95
@@ -75,13 +75,12 @@ def draws(
 ) -> tuple[Array, Array, Indices]:
     """(count, r) calibrated parameters, (count, q) sizes h of the members, (count,) nodes of a model's posterior.
 
-    From the joint Gaussians of the likeliest nodes. The whole of a magnitude that an unnamed error shares is the
+    From the joint Gaussians of the nodes. The whole of a magnitude that an unnamed error shares is the
     member's, as in `ModelTester._magnitudes`. What another lattice moves is not in them: they are of the fit, which
     took it up, and predictions with these parameters need it.
     """
     hypothesis, weights = evidence.hypothesis, evidence.weights
-    top = np.argsort(-weights)[:FEW]
-    nodes = np.sort(rng.choice(top, count, p=weights[top] / weights[top].sum()))
+    nodes = np.sort(rng.choice(len(weights), count, p=weights / weights.sum()))
     at, free = tester.system.at["J"], len(tester.free)
     x = np.vstack([_drawn_at(tester, evidence, int(n), int((nodes == n).sum()), rng) for n in np.unique(nodes)])
     found = x[:, free : free + len(hypothesis.members)]

@@ -14,11 +14,13 @@ import numpy as np
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.effects.effect import Effect
-from birdstrike.solver.effects.fault import Fault
-from birdstrike.solver.effects.instrument import able, settings_with, transducers
-from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.effects.fault import AS_IT_IS, Fault
+from birdstrike.solver.effects.instrument import GAIN, able, settings_with, transducers
+from birdstrike.solver.effects.registry import effect_named, effects
+from birdstrike.solver.sensors.instrument import LEAST_GAIN
 
 WIDEST = 10.0  # plausible sizes that are looked for: these signatures are exact
+ROUNDING = 1e-12  # of the least gain: what a product of gains may miss it by
 
 
 @dataclass(frozen=True)
@@ -70,12 +72,19 @@ def instrument_effects(case: Case, channels: Sequence[str]) -> tuple[InstrumentE
             continue
         alone = able(case, effect.fault, channels)
         common = alone if effect.fault.common else tuple(c for c in _own(case, channels) if c in alone)
+        acting = [(common, name)] if common else []
+        acting += [((c,), f"{name}.{c}") for c in alone if common != (c,)]
         size = effect.size(case)
-        least = effect.least(case) / size
-        if common:
-            found.append(InstrumentEffect(effect, size, common, name, least))
-        found += [InstrumentEffect(effect, size, (c,), f"{name}.{c}", least) for c in alone if common != (c,)]
+        found += [InstrumentEffect(effect, size, on, label, _least(case, effect, on) / size) for on, label in acting]
     return tuple(found)
+
+
+def _least(case: Case, effect: Effect, sensors: Sequence[str]) -> float:
+    """Smallest magnitude of a fault of some sensors [SI]: of a gain one with which a case can state all of theirs."""
+    if effect.fault is not GAIN:
+        return effect.least(case)
+    smallest = min(case.instrument.get(sensor, AS_IT_IS).gain for sensor in sensors)
+    return LEAST_GAIN * (1.0 + ROUNDING) / smallest - 1.0
 
 
 def _own(case: Case, channels: Sequence[str]) -> tuple[str, ...]:
@@ -92,6 +101,15 @@ def with_faults(case: Case, faults: Iterable[tuple[str, str, float]]) -> Case:
     for sensor, name, x in faults:
         table.setdefault(sensor, {}).update(settings_with(declared, fault_named(name), x, sensor))
     return case.overlaid({"instrument": table}) if table else case
+
+
+def beside_declared(case: Case, name: str, magnitude: float) -> float:
+    """Magnitude [SI] of an effect together with what the case declares of it.
+
+    Only an instrument's can be there twice: what the case states of another effect is not looked for.
+    """
+    fault = effect_named(name).fault
+    return magnitude if fault is None else fault.combined(case.effects.get(name, 0.0), magnitude)
 
 
 def fault_named(name: str) -> Fault:

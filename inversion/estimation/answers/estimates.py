@@ -161,8 +161,8 @@ def emulator_estimates(
         found = bool(identified(width, 1.0))
         why = reason(calibrator, modes, i, width, found) + _stated_prior(dataset, coordinates, i)
         low, high = float(dataset.lows[i]), float(dataset.highs[i])
-        span_95 = (low + float(ends[i, 0]) * (high - low), low + float(ends[i, 1]) * (high - low))
-        interval = reported(float(theta[i]), span_95, (low, high), found or bool(stated[i]))
+        begin, end = map(float, coordinates.values(i, ends[i]))
+        interval = reported(float(theta[i]), (begin, end), (low, high), found or bool(stated[i]))
         estimates[name] = Estimate(float(theta[i]), interval, dataset.units[i], found, why)
     return estimates
 

@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from birdstrike.data.histories import Histories
 from birdstrike.inversion.audit.draws import (
     BASELINE,
     CLEAN,
@@ -22,10 +23,14 @@ from birdstrike.inversion.audit.draws import (
     WITHOUT,
     Drawn,
     draw,
+    label_of,
+    name_of,
+    replaced,
     roles,
     truth_case,
     with_effects_of,
 )
+from birdstrike.inversion.audit.truth_runs import _columns
 from birdstrike.solver.bird.eos.grueneisen import grueneisen
 from birdstrike.solver.bird.eos.murnaghan import murnaghan
 from birdstrike.solver.case.case import Case, load_case
@@ -128,3 +133,29 @@ def test_an_effect_of_one_shot_or_of_one_sensor_acts_there_alone(case: Case) -> 
     loud = with_effects_of(case, {"sensor_gain.displacement_quarter": 0.05}, "shot2")
     assert loud.instrument["displacement_quarter"].gain == pytest.approx(1.05)
     assert "displacement_centre" not in loud.instrument
+
+
+def test_a_truth_stands_beside_what_its_case_declares(case: Case) -> None:
+    """A gain of 1.2 was planted in the place of the declared one of 1.1; a declared thickness was planted in vain."""
+    declared = case.with_effects({"sensor_gain": 0.1, "plate_thickness": 2e-4})
+    found = with_effects_of(declared, {"sensor_gain": 0.2, "impact_speed": 2.0}, "shot1")
+    assert found.instrument["displacement_centre"].gain == pytest.approx(1.1 * 1.2)
+    assert found.plate.thickness == pytest.approx(case.plate.thickness + 2e-4)
+    rng = np.random.default_rng(0)
+    drawn = {name_of(label_of(declared, rng)) for _ in range(200)}
+    assert "sensor_gain" in drawn
+    assert "plate_modulus" in drawn
+    assert "plate_thickness" not in drawn
+
+
+def test_a_declared_drift_runs_before_contact_in_every_record(case: Case) -> None:
+    """It was 0 there, so that the record read as that of an instrument whose drift begins at the record's zero."""
+    declared = case.overlaid({"instrument": {"displacement_centre": {"drift": "0.3 m/s"}}})
+    one = Drawn(0, SINGLE, {}, {}, {"sensor_drift.displacement_centre": -0.1}, OWN, 0)
+    t = np.linspace(0.0, case.time.end, 11)
+    still = Histories(t, dict.fromkeys(case.sensors, 0.0 * t), {})
+    time, found = _columns(replaced(declared, {}), one, {"shot1": still, BASELINE: still})
+    early = time < 0.0
+    assert found["shot1", "displacement_centre"][early] == pytest.approx(0.2 * time[early])
+    assert found[BASELINE, "displacement_centre"][early] == pytest.approx(0.3 * time[early])
+    assert not found["shot1", "displacement_quarter"][early].any()

@@ -172,3 +172,15 @@ def test_the_effects_of_a_case_stay_with_its_own_sensors_beside_candidate_ones(k
         assert probed.instrument[name].model_dump() == pytest.approx(case.instrument[name].model_dump())
     assert probed.plate.thickness == case.plate.thickness
     assert probed.with_effects(probed.effects).instrument == probed.instrument
+
+
+@pytest.mark.parametrize("declared", [0.3, 1.0, 7.0])
+@pytest.mark.parametrize("place", ["", f".{SENSOR}"])
+def test_a_sensor_as_good_as_dead_is_a_case_whatever_its_gain_and_the_rounding(declared: float, place: str) -> None:
+    """Beside a declared gain of 0.3 the least gain was 0.003, which no case can state: the run at the fit was lost."""
+    case = declaring({"gain": declared})
+    dead = candidate(case, f"sensor_gain{place}")
+    least = dead.magnitude(dead.limits[0])
+    for value in (least, np.nextafter(least, -np.inf), -1.0):
+        found = case_with(case, [(dead, float(value))]).instrument[SENSOR].gain
+        assert found == pytest.approx(max(0.01, 0.0 if place else 0.01 * declared))

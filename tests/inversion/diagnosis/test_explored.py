@@ -15,7 +15,7 @@ from matplotlib import pyplot as plt
 from birdstrike.data.storage.tree import load_tree, save_tree
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import predicted
 from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
-from birdstrike.inversion.diagnosis.preparation.instrument import change, with_faults
+from birdstrike.inversion.diagnosis.preparation.instrument import fault_named, with_faults
 from birdstrike.inversion.results.diagnosis_files import MODEL
 from birdstrike.reports.explore.explore import explore
 from birdstrike.solver.case.case import load_case
@@ -163,7 +163,7 @@ def test_a_fault_beside_a_declared_instrument_is_that_of_the_diagnosis(
     for name, size in FOUND.items():
         label = f"{name}.displacement_side"
         seen = np.array(browser.run(f"({SLIDERS})({json.dumps({label: size})})"))
-        expected = change(name, size, time, bare[1], case.instrument["displacement_side"])
+        expected = fault_named(name).change(size, time, bare[1], case.instrument["displacement_side"])
         assert off(seen[1] - bare[1], expected) < EXACT, name
         assert seen[0] == pytest.approx(bare[0])
     every = json.dumps(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.special import logsumexp, softmax
-from scipy.stats import binom, norm
+from scipy.stats import binom, kstest, norm
 
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.conclusions.alarm import SHARES, alarm, required_discrepancy
@@ -17,6 +17,7 @@ from birdstrike.inversion.diagnosis.conclusions.answer import verdict_of
 from birdstrike.inversion.diagnosis.inference.bird_scatter import BIRDS, birds_apart
 from birdstrike.inversion.diagnosis.inference.evidence import SIZES, UNNAMED, ModelTester
 from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
+from birdstrike.inversion.diagnosis.inference.posterior import draws
 from birdstrike.inversion.diagnosis.inference.probabilities import credible_set, probabilities
 from birdstrike.inversion.diagnosis.inference.system import Block, System
 from birdstrike.inversion.estimation.prior import NormalPrior
@@ -47,6 +48,25 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     assert found == pytest.approx(
         float(expected), abs=1e-3
     )  # amplitudes of less than a thousandth of the weight are left out
+
+
+@pytest.mark.parametrize("label", [NONE, "e1"])
+def test_parameters_have_the_covariance_of_the_mixture_over_all_amplitudes(label: str) -> None:
+    """How far the means of the amplitudes lie apart was not in it, and of their places only three."""
+    first, nodes = system(0), np.array([0.02, 0.1, 0.5])
+    y = 25.0 * np.linspace(0.0, 1.0, POINTS) ** 2 + np.random.default_rng(3).standard_normal(POINTS)
+    tester = ModelTester(system(0, y), known(nodes))
+    found, name, J = tester.model(models()[label]), None if label == NONE else label, first.columns[:, first.at["J"]]
+    every = [covariance(first, a, u, name, size) for a in nodes for u in UNNAMED for size in (SIZES if name else [1.0])]
+    w = softmax([log_density(y, C) for C in every])
+    gains = [J.T @ np.linalg.inv(C) for C in every]
+    means = np.array([gain @ y for gain in gains])
+    within = np.einsum("i,ijk->jk", w, [np.eye(2) - gain @ J for gain in gains])
+    mean = w @ means
+    assert found.z[:2] == pytest.approx(mean, abs=1e-3)
+    assert found.z_cov == pytest.approx(within + (w[:, None] * (means - mean)).T @ (means - mean), rel=5e-3)
+    z, _, _ = draws(tester, found, 4000, np.random.default_rng(0))
+    assert np.cov(z.T) == pytest.approx(found.z_cov, abs=0.1 * float(found.z_cov.max()))
 
 
 def test_evidence_of_two_birds_is_the_marginal_likelihood_at_every_node() -> None:
@@ -87,10 +107,10 @@ def test_amplitudes_that_are_negligible_without_effects_and_with_all_can_be_drop
         assert few.model(one).log_evidence == pytest.approx(whole.model(one).log_evidence, abs=2e-3)
 
 
-def alarm_of(y: np.ndarray, nodes: np.ndarray) -> float:
+def alarm_of(y: np.ndarray, nodes: np.ndarray, unnamed: tuple[float, ...] = UNNAMED) -> float:
     """p-value of none for a record of the made-up shot."""
     every = models() | {SOMETHING_ELSE: Hypothesis(SOMETHING_ELSE, (), 0.05, SOMETHING_ELSE)}
-    tester = ModelTester(system(0, y), known(nodes))
+    tester = ModelTester(system(0, y), known(nodes), unnamed=unnamed)
     fit: Any = SimpleNamespace(tester=tester, evidence=tester.model(every[NONE]))
     ranking: Any = SimpleNamespace(fits={NONE: fit}, models=every, singles=singles(every))
     return alarm(ranking, 0, 99)
@@ -149,6 +169,13 @@ def test_the_alarm_keeps_its_rate_and_has_power() -> None:
     assert max(struck) <= 0.05
 
 
+def test_the_alarm_s_p_values_are_uniform_where_the_amplitudes_are_known() -> None:
+    rng, C = np.random.default_rng(1), covariance(system(0), 0.1, 0.1)
+    clean = rng.multivariate_normal(np.zeros(POINTS), C, 40)
+    p = [alarm_of(y, np.array([0.1]), (0.1,)) for y in clean]
+    assert kstest(p, "uniform").pvalue > 0.01
+
+
 def test_a_magnitude_holds_what_an_unnamed_error_of_the_same_signature_has() -> None:
     """An effect of two plausible sizes beside unnamed errors of one: its magnitude is two, with the data's spread."""
     first = system(0)
@@ -202,21 +229,29 @@ def test_a_one_sided_magnitude_is_the_mean_of_what_it_may_be(true: float, unname
     assert found.z[:2] == pytest.approx(z, abs=1e-4)
 
 
-@pytest.mark.parametrize("both", [False, True])
+@pytest.mark.parametrize(("both", "like"), [(False, 0.0), (True, 0.0), (True, 4.0), (True, -4.0)])
 @pytest.mark.parametrize("true", [(0.0, 0.3), (-0.1, -0.1), (0.1, -0.05)])
 def test_beside_a_one_sided_magnitude_the_other_of_a_pair_is_its_mean_too(
-    true: tuple[float, float], both: bool
+    true: tuple[float, float], both: bool, like: float
 ) -> None:
-    """Exact by quadrature where one is one-sided; of two, which are cut off one after the other, within a tenth."""
+    """Evidence, means and covariance by quadrature; like: parts of one signature that the other has besides its own.
+
+    Of two that look alike the evidence was off by 0.7, a mean by a half, where each was cut off by itself.
+    """
     rng, first = np.random.default_rng(2), system(0)
-    G = first.columns[:, [first.at["e1"].start, first.at["e2"].start]]
-    y = G @ true + rng.standard_normal(POINTS)
-    tester = ModelTester(system(0, y), known(np.array([0.01])), unnamed=(0.1,))
+    columns, at = first.columns.copy(), [first.at["e1"].start, first.at["e2"].start]
+    columns[:, at[1]] += like * columns[:, at[0]]
+    G = columns[:, at]
+    columns[:, 0] = y = G @ true + rng.standard_normal(POINTS)
+    tester = ModelTester(replace(first, columns=columns), known(np.array([0.01])), unnamed=(0.1,))
     pair: Any = (Stub("e1", True), Stub("e2", both))
     found = tester.model(Hypothesis("e1+e2", pair, 0.1, "pairs"))
     C = covariance(first, 0.01, 0.1)
     S, b = G.T @ np.linalg.solve(C, G), G.T @ np.linalg.solve(C, y)
-    axes = np.linspace(0.0, 1.0, 2001), np.linspace(0.0 if both else -1.0, 1.0, 2001)
+    far = 12.0 * np.sqrt(np.diag(found.h_cov))
+    axes = [
+        np.linspace(low, h + wide, 701) for low, h, wide in zip((0.0, 0.0 if both else -1.0), found.h, far, strict=True)
+    ]
     A, B = np.meshgrid(*axes, indexing="ij")
     logs = A * b[0] + B * b[1] - 0.5 * (S[0, 0] * A**2 + 2.0 * S[0, 1] * A * B + S[1, 1] * B**2)
     logs += np.logaddexp.reduce([norm.logpdf(A, scale=sd) + norm.logpdf(B, scale=sd) for sd in SIZES], axis=0)
@@ -225,8 +260,16 @@ def test_beside_a_one_sided_magnitude_the_other_of_a_pair_is_its_mean_too(
     def integral(values: np.ndarray) -> float:
         return float(np.trapezoid(np.trapezoid(values * density, axes[1]), axes[0]))
 
-    expected = np.array([integral(A), integral(B)]) / integral(np.ones_like(A))
-    assert found.h == pytest.approx(expected, rel=0.1 if both else 2e-3, abs=1e-4)
+    whole = integral(np.ones_like(A))
+    mean = np.array([integral(A), integral(B)]) / whole
+    off = (A - mean[0], B - mean[1])
+    assert found.h == pytest.approx(mean, rel=2e-3, abs=1e-4)
+    assert found.h_cov == pytest.approx(
+        np.array([[integral(x * z) / whole for z in off] for x in off]), rel=0.02, abs=1e-5
+    )
+    doubled, sizes = (1 + both) * np.log(2.0), np.log(len(SIZES))
+    alone = log_density(y, C) + 0.5 * POINTS * np.log(2.0 * np.pi)
+    assert found.log_evidence == pytest.approx(np.log(whole) + logs.max() + doubled - sizes + alone, abs=2e-3)
 
 
 def test_a_large_magnitude_is_not_shrunk_nor_shared_out() -> None:
