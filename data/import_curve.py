@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from itertools import pairwise
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
@@ -18,7 +19,15 @@ from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import may_hold_tables, reader_of
 from birdstrike.data.storage.files import file_digest
 from birdstrike.data.tables.csv_table import NAME, Column, CsvTable
-from birdstrike.data.tables.loose_table import SIGMA, Head, LooseTable, SeveralColumns, read_loose_table
+from birdstrike.data.tables.loose_table import (
+    MEASURED,
+    SIGMA,
+    TIME,
+    Head,
+    LooseTable,
+    SeveralColumns,
+    read_loose_table,
+)
 from birdstrike.data.units import ACCEPTED, dimension, factor, parts, ratio, scaled, si_unit, to_si
 
 RATE_OFF = Decimal("0.02")
@@ -33,17 +42,16 @@ _TIME = re.compile(r"(time|zeit|temps|tiempo|t)(?![a-z])", re.IGNORECASE)
 """Beginning of the name of a clock."""
 _FACTOR = re.compile(
     r"(?:(?<!\w)x|[\u00d7*\u00b7])\s*"
-    r"(?:10\s*(?:\^|\*\*)\s*\(?[+-]?\d+|10?(?:\.\d*)?[eE][+-]?\d+|10{3}|10{6}|0[.,]0*1)(?!\w)"
+    r"(?:10\s*(?:\^|\*\*)\s*\(?[+-]?\d+|10\s*(?:[-\u2212][369]|[\u207a\u207b]?[\u00b9\u00b2\u00b3\u2070-\u2079]+)"
+    r"|10?(?:\.\d*)?[eE][+-]?\d+|10{3}|10{6}|0[.,]0*1)(?!\w)"
 )
-"""A factor in a head: x10^-3, × 1e6, *1000; x100 may be a place."""
+"""A factor in a head: x10^-3, x10-3, × 1e6, *1000; x100 may be a place."""
 _RATE = re.compile(r"sampl|rate|abtast|interval|increment|\bdt\b|\bfs\b|hz\b", re.IGNORECASE)
 """A line of a file's head that says how often was sampled."""
 
 
 _EXAMPLES = {"force": ("50", "kN"), "pressure": ("10", "MPa"), "strain": ("2000", "um/m")}
 """Part of a sensor's name -> a number and a unit for messages."""
-MEASURED = ("m", "N", "Pa", "")
-"""SI units of what the sensors of a case give."""
 STRAIN = 1.0
 """A strain that no gauge survives: bonded foil ends at 0.2."""
 GRAVITIES = ("g", "G", "g_n", "gn", "gee")
@@ -175,7 +183,7 @@ def first_clock(table: LooseTable) -> int:
 def _is_called_time(table: LooseTable, index: int) -> bool:
     """Whether a column's head calls it a time and gives it no unit of anything else: Time_w, Zeit 2, t1."""
     head = table.heads[index]
-    in_time = not head.foreign or (head.likely != "" and si_unit(head.likely) == "s")
+    in_time = not head.foreign or head.likely_in(TIME) != ""
     return head.unit is None and in_time and bool(_TIME.match(head.name))
 
 
@@ -445,25 +453,18 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
     given = options.units.get(name)
     head = table.heads[index] if table.heads else Head(table.names[index])
     own, column = head.unit, f'{table.path}: column "{table.names[index]}"'
-    fits = head.likely and si_unit(head.likely) in (("s",) if name == "time" else MEASURED)
-    likely = head.likely if fits else (table.likely_time_unit(index) if name == "time" else _example(name)[1])
-    option = f"--time-unit {likely}" if name == "time" else f"--unit {name}={likely}"
-    foreign = "" if head.likely else head.foreign
-    if name != "time":
-        _refuse_acceleration(column, name, foreign)
+    option = (
+        f"--time-unit {head.likely_in(TIME) or table.likely_time_unit(index)}"
+        if name == "time"
+        else f"--unit {name}={head.likely_in(MEASURED) or _example(name)[1]}"
+    )
+    if head.fault:
+        raise MeasuredError(head.fault)
+    if name != "time" and not head.likely:
+        _refuse_acceleration(column, name, head.foreign)
     _refuse_factor_of_head(column, name, head.text, options.scales)
     if own is None and given is None:
-        if fits:
-            raise UnitError(f'{column} is in {head.foreign}; is "{likely}" meant? Correct the head, or write {option}')
-        if foreign and name == "time":
-            raise UnitError(f"{column} is in {foreign}, which is no unit of time; say which it is: {option}")
-        if foreign:
-            raise UnitError(
-                f"{column} is in {foreign}, which is no unit of a sensor; say what it stands for: "
-                f'--scale {name}="{stands_for(foreign, name)}" (or {option} with a --scale)'
-            )
-        hint = _rate_hint(table) if name == "time" else ""
-        raise UnitError(f"{column} has no unit; say which: {option}{hint}")
+        _refuse_without_unit(table, head, column, name, option)
     if name in options.per:
         return given or ""
     if own is not None and given is not None and scaled("1", own) != scaled("1", given):
@@ -476,6 +477,23 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
     if name != "time":
         _refuse_unit(column, name, said)
     return said
+
+
+def _refuse_without_unit(table: LooseTable, head: Head, column: str, name: str, option: str) -> NoReturn:
+    """Raises UnitError that says what a head without a unit of a case gives, and the option that states one."""
+    if head.likely_in(TIME if name == "time" else MEASURED):
+        raise UnitError(f'{column} is in {head.foreign}; is "{head.likely}" meant? Correct the head, or write {option}')
+    if head.foreign and name == "time":
+        raise UnitError(f"{column} is in {head.foreign}, which is no unit of time; say which it is: {option}")
+    if head.likely:
+        _refuse_unit(column, name, head.likely)
+    if head.foreign:
+        raise UnitError(
+            f"{column} is in {head.foreign}, which is no unit of a sensor; say what it stands for: "
+            f'--scale {name}="{stands_for(head.foreign, name)}" (or {option} with a --scale)'
+        )
+    hint = _rate_hint(table) if name == "time" else ""
+    raise UnitError(f"{column} has no unit; say which: {option}{hint}")
 
 
 def stands_for(unit: str, sensor: str = "") -> str:

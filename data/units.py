@@ -94,8 +94,8 @@ _WORDS = {
 }
 """Units as oscilloscopes and loggers write them out."""
 
-_ELSEWHERE = ("lbf", "kgf", "bar", "mbar", "daN", "inch")
-"""Units of instruments that are no case's own, and are written in any case."""
+_ELSEWHERE = ("lbf", "kgf", "bar", "mbar", "Mbar", "daN", "inch", "%", "um/m", "microstrain")
+"""Units of instruments and of other codes' inputs beside `SIZES`; instruments write them in any case."""
 _SECONDS = re.compile(r"^([mu\u00b5\u03bc]?)sec$")
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _MILS = re.compile(r"\bmils?\b")
@@ -166,7 +166,7 @@ def usual(unit: str) -> str:
 
     MS and mSec are ms, milimeter is mm, LBF is lbf.
     """
-    known = re.findall(r"[^,;\s]+", " ".join((*ACCEPTED.values(), *_ELSEWHERE)))
+    known = [*(unit for si, sizes in SIZES.items() for unit in sizes if si), *_ELSEWHERE]
     text = _SECONDS.sub(r"\1s", unit.strip(" .").casefold())
     alike = [one for one in dict.fromkeys(known) if one.casefold() == text]
     words = {word: short for short, word in PLURALS.items()}

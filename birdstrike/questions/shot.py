@@ -342,8 +342,7 @@ class Interview:
         wanted = KINDS_UNIT[kind]
         text = f"{shown}: unit, which its head does not give ({ACCEPTED.get(wanted) or 'um/m, %, -'})"
         likely = "m/m" if kind == "strain" and reached <= STRAIN else UNIT_OF_KIND[kind]
-        likely = head.likely if head.likely and si_unit(head.likely) == wanted else likely
-        return self.ask((*place, "unit"), text, likely, _unit_of(wanted))
+        return self.ask((*place, "unit"), text, head.likely_in((wanted,)) or likely, _unit_of(wanted))
 
     def _scale(self, place: Key, shown: str, foreign: str, turned: bool, doubt: str, bare: bool) -> Any:
         """What the column is multiplied by; a displacement whose largest reading is negative is turned round.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import re
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,9 @@ from openpyxl import load_workbook  # pyright: ignore[reportMissingModuleSource]
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import chosen
 from birdstrike.data.tables.loose_table import LooseTable, table_of_lines
+
+_LITERAL = re.compile(r'"[^"]*"|\\.')
+"""What a number's format shows as it stands."""
 
 
 def read(path: Path, table: str, decimal: str = "") -> LooseTable:
@@ -29,11 +33,15 @@ def read(path: Path, table: str, decimal: str = "") -> LooseTable:
 
 
 def _text(value: Any, shown_as: str) -> str:
-    """A cell's text by its value and its format, in which 0.0015 may be shown as 0.15%."""
+    """A cell's text by its value and its format, in which 0.0015 may be shown as 0.15%.
+
+    A sign of per cent that the format quotes, 0.00"%", stands behind the value itself.
+    """
     if value is None:
         return ""
     if "%" in shown_as and isinstance(value, int | float) and not isinstance(value, bool):
-        return f"{_without_mark(100 * Decimal(repr(value)))}%"
+        times = 100 if "%" in _LITERAL.sub("", shown_as) else 1
+        return f"{_without_mark(times * Decimal(repr(value)))}%"
     if isinstance(value, dt.datetime):
         return value.time().isoformat()
     if isinstance(value, dt.time):

@@ -46,6 +46,9 @@ MOST_BESIDE = 30
 NOT_UNICODE = "is not UTF-8"
 """In the remark on an encoding that was guessed."""
 
+MEASURED = ("m", "N", "Pa", "")
+"""SI units of what the sensors of a case give."""
+TIME = ("s",)
 GAPS = frozenset(
     """nan n/a na #n/a #na null none nil - -- --- inf +inf -inf infinity -infinity ovl +ovl -ovl ovld over over!
     overload overflow ovrflw overrange over-range clip clipped invalid missing bad
@@ -53,7 +56,7 @@ GAPS = frozenset(
 )
 """What loggers and spreadsheets write where there is no reading, in small letters."""
 
-_NO_NUMBER = re.compile(r"[*?#]{2,}|-{3,}|-+\.-+|[+-]?\d\.#[A-Za-z]+\d*|[<>]\s*[+-]?\d[\d.,]*|#\S+[!?]|#NV")
+_NO_NUMBER = re.compile(r"[*?#]{2,}|-{3,}|-+\.-+|[+-]?\d\.#[A-Za-z]+\d*|[<>]\s*[+-]?\d[\d.,]*|#(?:\S+[!?]|\w/\w|NV)")
 """A cell filled with one sign, -1.#IND, >4.5, #REF! or #WERT!: what Fortran, C, loggers and spreadsheets write where a
 number has no room, is none or lies beyond the range."""
 NO_READING = 1e29
@@ -96,7 +99,8 @@ class Head:
     """What stands above a column: its name, and its unit where one is given.
 
     text: the cell as it stands in the file; foreign: a unit that measures nothing used here, such as V; likely: the
-    unit that a foreign one stands for in the wrong case, kN for KN.
+    unit of a clock or a sensor that a foreign one stands for in the wrong case, kN for KN; fault: why the numbers below
+    it cannot be read, "" where they can.
     """
 
     name: str
@@ -104,6 +108,11 @@ class Head:
     text: str = ""
     foreign: str = ""
     likely: str = ""
+    fault: str = ""
+
+    def likely_in(self, kinds: Sequence[str]) -> str:
+        """The likely unit where it is of one of some SI units' dimensions, else empty."""
+        return self.likely if self.likely and si_unit(self.likely) in kinds else ""
 
 
 class SeveralColumns(MeasuredError):
@@ -196,7 +205,7 @@ def import_line(path: Path) -> str:
         name if is_own else f"{name}={shlex.quote(head.text or head.name)}"
         for name, head, is_own in zip(names, shown_heads, own, strict=True)
     ]
-    given = [] if heads[0].unit else [f"--time-unit {heads[0].likely or table.likely_time_unit(0)}"]
+    given = [] if heads[0].unit else [f"--time-unit {heads[0].likely_in(TIME) or table.likely_time_unit(0)}"]
     given += _units_to_state(names, shown_heads)
     options = " ".join([*(f"--sensor {text}" for text in shown), *given])
     return f"birdstrike import {shlex.quote(str(path))} {options} --out {shlex.quote(f'{path.stem}_si.csv')}"
@@ -209,8 +218,8 @@ def _units_to_state(names: Sequence[str], heads: Sequence[Head]) -> list[str]:
         return ["--unit mm"]
     options = [f"--unit {name}=mm" for name in bare]
     for name, head in zip(names, heads, strict=True):
-        if head.likely:
-            options.append(f"--unit {name}={head.likely}")
+        if unit := head.likely_in(MEASURED):
+            options.append(f"--unit {name}={unit}")
         elif head.foreign:
             per = f"({head.foreign})" if "/" in head.foreign else head.foreign
             options.append(f'--scale {name}="FACTOR mm/{per}"')
@@ -617,7 +626,7 @@ def _with_per_cent(
 ) -> tuple[Head, ...]:
     """The heads with % as the unit of columns whose cells bear it: 0.15% below "Strain [%]", or below no unit.
 
-    Raises MeasuredError where some numbers of a column bear it and some do not, or its head gives another unit.
+    Where some numbers of a column bear it and some do not, or its head gives another unit, that is its head's fault.
     """
     for j in range(width):
         signed = {bool(_PER_CENT.search(cells[j])): i for i, cells in body if _number(cells[j], "")}
@@ -627,10 +636,12 @@ def _with_per_cent(
         said = heads[j].unit or heads[j].foreign
         if False in signed or said not in ("", "%"):
             beside = f"line {signed[False]} has no such sign" if False in signed else f"its head says {said}"
-            raise MeasuredError(
+            fault = (
                 f'{path}, line {signed[True]}: a number of column "{heads[j].name}" bears a sign of per cent, and '
                 f"{beside}; write all its numbers in one unit, and that into the head"
             )
+            heads = (*heads[:j], replace(heads[j], fault=fault), *heads[j + 1 :])
+            continue
         heads = (*heads[:j], replace(heads[j], unit="%"), *heads[j + 1 :])
     return heads
 
@@ -749,6 +760,7 @@ def _head(cell: str, unit: str | None) -> Head:
 def _foreign_head(name: str, unit: str, text: str) -> Head | None:
     """A head whose unit measures nothing used here, or is in the wrong case; None for a text that is no unit."""
     likely = usual(unit)
+    likely = likely if likely and si_unit(likely) in (*MEASURED, *TIME) else ""
     return Head(name, None, text, unit, likely) if likely or _measures_something(unit) else None
 
 

@@ -25,7 +25,8 @@ EXAMPLES = "utf-8, cp1252, gb18030, big5, shift_jis, euc_jp or euc_kr"
 _IDEOGRAPHS = re.compile("[\u3040-\u30ff\u3400-\u9fff]+")
 _BEYOND_ASCII = re.compile("[^\0-\x7f]")
 _WORDS = re.compile(r"[^\W\d_]+")
-_GREEK = re.compile("[\u0386-\u03ce]+")
+_GREEK = re.compile("[\u0386-\u038f\u0391-\u03ab]?[\u0390\u03ac-\u03ce]+|[\u0386-\u038f\u0391-\u03ab]+")
+"""A word of Greek letters, small ones but for the first, or all large; of Cyrillic bytes others begin large."""
 _ACCENTS = re.compile("[\u0386\u0388-\u038f\u0390\u03ac-\u03b0\u03cc-\u03ce]")
 _CYRILLIC = re.compile("[\u0410-\u044f\u0401\u0451]?[\u0430-\u044f\u0451]+|[\u0410-\u042f\u0401]+")
 """A word of Cyrillic letters, small ones but for the first, or all large."""

@@ -57,6 +57,7 @@ ROWS = "".join(f"{0.1 * i:.1f},{0.01 * i:.2f},{i}\n" for i in range(12))
         ("Χρόνος (ms),Μετατόπιση (mm),Παραμόρφωση (µm/m)\n", "cp1253", "Μετατόπιση", "Windows-1253 (Greek)"),
         ("Χρόνος (ms),Θέση (mm),Δύναμη (µm/m)\n", "cp1253", "Θέση", "Windows-1253 (Greek)"),
         ("Время (ms),Прогиб (mm),Деформация (µm/m)\n", "cp1251", "Прогиб", "Windows-1251 (Cyrillic)"),
+        ("ВРЕМЯ (ms),СИЛА (mm),X (µm/m)\n", "cp1251", "СИЛА", "Windows-1251 (Cyrillic)"),
     ],
 )
 def test_an_encoding_that_is_guessed_is_said(tmp_path: Path, head: str, encoding: str, column: str, said: str) -> None:
@@ -507,7 +508,14 @@ WRONG = [
     ("t [Msec],a [mm]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"t" is in Msec; is "ms" meant\? .* --time-unit ms'),
     ("t [ms],f [LBF]\n0,0\n1,1\n", ImportOptions({"f": ""}), r'"f" is in LBF; is "lbf" meant\? .* --unit f=lbf'),
     ("t [ms],p [mPa]\n0,0\n1,1\n", ImportOptions({"p": ""}), r'"p" is in mPa; is "MPa" meant\?'),
+    ("t [ms],a [G]\n0,0\n1,1\n", ImportOptions({"w": ""}, units={"w": "mm"}), r"in G: of an accelerometer, 9.80665"),
+    ("t [ms],a [A]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"a" is in A, .* --scale w="2.5 mm/A"'),
+    ("t [ms],a [Msec]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"a" is in ms, which no sensor of a case measures'),
+    ("t [ms],a [Number]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"a \[Number\]" has no unit; say which'),
+    ("t [MM],a [mm]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"t" is in MM, which is no unit of time; .* ms'),
     ("t [ms],a x10^-3 [m]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'states a factor, "x10\^-3"; .* --scale w=NUMBER'),
+    ("t [ms],a x10-6 [-]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'states a factor, "x10-6"'),
+    ("t [ms],a ×10⁻³ [m]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'states a factor, "×10⁻³"'),
     ("t (x1e-3) [s],a [mm]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"x1e-3"; put into the head the unit of its nu'),
     (
         "Time(s),CH1(mm),t0 = 0 s\n,0,\n,1,\n",
@@ -525,6 +533,12 @@ def test_cells_that_bear_a_sign_of_per_cent_are_in_per_cent(tmp_path: Path, head
     """Text with the sign was left out; an Excel cell of 0.0015 shown as 0.15% was read as 0.0015 %."""
     found = imported(tmp_path / "a.csv", f"t [ms],{head}\n0,0%\n1,0.15%\n2,-1.5 %\n", ImportOptions({"strain": ""}))
     assert found.channels["strain"].tolist() == pytest.approx([0.0, 0.0015, -0.015], rel=1e-15)
+
+
+def test_signs_of_per_cent_in_a_column_that_is_not_asked_for_are_no_fault_of_the_file(tmp_path: Path) -> None:
+    """A logger's battery refused the file."""
+    found = imported(tmp_path / "a.csv", "t [ms],w [mm],Battery\n0,0,85%\n1,5,85\n", ImportOptions({"w": "w"}))
+    assert found.channels["w"].tolist() == [0.0, 5e-3]
 
 
 def test_a_factor_that_a_head_states_is_the_user_s_to_apply(tmp_path: Path) -> None:
@@ -583,8 +597,8 @@ CELLS = {
     ),
     "beyond a limit": ("t_ms,w_mm\n0,1\n1,>4.5\n2,---.---\n3,3\n", [1.0, np.nan, np.nan, 3.0], '1 cell ">4.5"'),
     "a spreadsheet's errors": (
-        "t_ms;w_mm\n0;#BEZUG!\n1;1\n2;#DIV/0!\n3;#NAME?\n4;#NV\n5;3\n",
-        [np.nan, 1.0, np.nan, np.nan, np.nan, 3.0],
+        "t_ms;w_mm\n0;#BEZUG!\n1;1\n2;#DIV/0!\n3;#NAME?\n4;#NV\n5;3\n6;#N/D\n",
+        [np.nan, 1.0, np.nan, np.nan, np.nan, 3.0, np.nan],
         '1 cell "#BEZUG!"',
     ),
     "typeset minus": ("t_ms,w_mm\n0,\u22121\n1,\u22122\n2,3\n", [-1.0, -2.0, 3.0], ""),

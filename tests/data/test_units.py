@@ -36,6 +36,7 @@ finite = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e30, max_v
         ("10mm", "m", 0.01),
         ("-0.3705 MPa", "Pa", -370500.0),
         ("71 GPa", "Pa", 71e9),
+        ("0.71 Mbar", "Pa", 71e9),  # of shock physics, beside instruments' mbar
         ("1 N/mm^2", "Pa", 1e6),
         ("938 kg/m3", "kg/m^3", 938.0),
         ("0.938 g/cm^3", "kg/m^3", 938.0),

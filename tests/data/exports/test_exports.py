@@ -182,12 +182,15 @@ def test_a_sheet_of_excel(tmp_path: Path) -> None:
         sheet.append([float(t), float(w)])
     for row, shown in ((2, "Strain [%]"), *((i, 15e-6 * i) for i in range(3, 203))):
         sheet.cell(row, 3, shown).number_format = "0.00%"
+        sheet.cell(row, 4, "Span [%]" if row == 2 else 15e-4 * row).number_format = '0.00"%"'
     workbook.create_sheet("Notes")
     workbook.save(tmp_path / "a.xlsx")
-    options = ("--table", "Sheet", "--sensor", f"{CENTRE}=Disp Z (mm)", "--sensor", "strain=Strain")
+    sensors = (f"{CENTRE}=Disp Z (mm)", "strain=Strain", "span=Span")
+    options = ("--table", "Sheet", *(text for one in sensors for text in ("--sensor", one)))
     found = imported(tmp_path / "a.xlsx", *options)
     is_the_wave(found)
-    assert found.channels["strain"][-1] == pytest.approx(15e-6 * 202), "a fraction that is shown as 0.30%"
+    for name in ("strain", "span"):
+        assert found.channels[name][-1] == pytest.approx(15e-6 * 202), "a fraction, and a number, shown as 0.30%"
     said = CliRunner().invoke(app, ["import", str(tmp_path / "a.xlsx"), "--sensor", CENTRE, "--out", "o.csv"])
     assert said.exit_code == 1
     assert 'holds 2 sheets; choose one: --table "Sheet"' in said.output
