@@ -9,7 +9,7 @@ import numpy as np
 from birdstrike.data.histories import Array, Histories
 from birdstrike.reports.blocks import Block, Paragraph, Picture, Section, Warnings, drawing
 from birdstrike.reports.comparison.clock import on_clock
-from birdstrike.reports.comparison.end_state import impulse
+from birdstrike.reports.comparison.end_state import impulse, sensor_of_kind
 from birdstrike.reports.comparison.models import STANDARD
 from birdstrike.reports.figures.load_cells import load_cells_figure
 from birdstrike.reports.figures.models import RUNNING, ModelCurve, models_figure
@@ -35,21 +35,21 @@ def section(results: Results) -> Section:
 
 
 def _cells(results: Results) -> tuple[str, ...]:
-    """Sensors that read the reaction of one set of supports, where a simulation of the inverted bird has them."""
+    """Sensors that read the reaction of one set of supports in the push, where a simulation of the inverted bird has
+    them: impulses along other directions are no share of the frame's."""
     run = results.models[results.best].run if results.best in results.models else None
-    sensors = results.case.sensors.items()
-    held = (name for name, sensor in sensors if isinstance(sensor, ReactionForce) and sensor.support is not None)
-    return tuple(name for name in held if run is not None and name in run.channels)
+    pushed = {n: s for n, s in results.case.sensors.items() if isinstance(s, ReactionForce) and s.along is None}
+    return tuple(n for n, s in pushed.items() if s.support is not None and run is not None and n in run.channels)
 
 
 def _load_cells(results: Results) -> Picture:
     """All load cells in one picture, of the inverted bird; a cell of the record has its own figure beside it."""
     model, names = results.models[results.best], _cells(results)
     assert model.run is not None
-    run, sensors = model.run, results.case.sensors
+    run = model.run
     cells = {name: run.channels[name] for name in names}
-    whole = [n for n, s in sensors.items() if isinstance(s, ReactionForce) and s.support is None and n in run.channels]
-    figure = load_cells_figure(run.time, cells, run.channels[whole[0]] if whole else None)
+    whole = sensor_of_kind(results.case, run, "reaction_force")
+    figure = load_cells_figure(run.time, cells, None if whole is None else run.channels[whole])
     parts = []
     for name, force in cells.items():
         at, top = peak(run.time, force)

@@ -16,6 +16,7 @@ from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.registry import effect_named
 from birdstrike.solver.sensors.displacement import Displacement
 from birdstrike.solver.sensors.places import point_at
+from birdstrike.solver.sensors.reaction_force import ReactionForce
 from birdstrike.solver.sensors.sensor import Placed, Sensor
 
 PREFIX = "probe_"
@@ -82,8 +83,7 @@ def candidate_sensors(case: Case) -> dict[str, Any]:
             if table is not None and not _has(case, kind, place, outline):
                 along = {} if kind != "strain" or outline.plane is None else {"along": outline.plane.axes[0].tolist()}
                 found[f"{PREFIX}{kind}_{name}"] = {"kind": kind} | table | along
-    kinds = {sensor.kind for sensor in case.sensors.values()}
-    if "reaction_force" not in kinds:
+    if not any(isinstance(sensor, ReactionForce) and sensor.along is None for sensor in case.sensors.values()):
         found[f"{PREFIX}reaction_force"] = {"kind": "reaction_force"}
     return found
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from birdstrike.reports.comparison.iso18571 import SAMPLES, magnitude_score, rat
 from birdstrike.reports.comparison.other_code import curve_pairs
 from birdstrike.reports.comparison.scores import score, sprague_geers
 from birdstrike.reports.results.results import Results
-from birdstrike.reports.sections.models import sound_channel
+from birdstrike.reports.sections.models import _cells, sound_channel
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.estimate import first_period
 from birdstrike.solver.sensors.sensor import torn
@@ -123,17 +125,21 @@ def test_a_plate_that_yielded_keeps_the_mean_of_its_last_swing(results: Results)
 
 
 def test_a_cell_under_one_support_or_along_another_axis_is_not_the_frame_s_force() -> None:
-    """The impulse of one set of nodes was shown as that on the frame."""
+    """The impulse of one set of nodes was shown as that on the frame, and one along y as a share of it."""
     sensors = {
         "cell": {"kind": "reaction_force", "support": "edges"},
+        "across": {"kind": "reaction_force", "support": "edges", "along": [0.0, 1.0, 0.0]},
         "sideways": {"kind": "reaction_force", "along": [0.0, 1.0, 0.0]},
         "frame": {"kind": "reaction_force"},
     }
     case = load_case("openradioss_panel", {"target.generator.element_size": "50 mm"}).overlaid({"sensors": sensors})
     time = np.linspace(0.0, 1e-3, 5)
-    run = replace(strike(), time=time, channels={"cell": time, "sideways": time, "frame": 3.0 * time})
+    channels = {"cell": time, "across": time, "sideways": time, "frame": 3.0 * time}
+    run = replace(strike(), time=time, channels=channels)
     assert sensor_of_kind(case, run, "reaction_force") == "frame"
     assert sensor_of_kind(case, replace(run, channels={"cell": time}), "reaction_force") is None
+    shown: Any = SimpleNamespace(case=case, best="inverted", models={"inverted": SimpleNamespace(run=run)})
+    assert _cells(shown) == ("cell",)
 
 
 def test_a_residual_deflection_that_is_not_known_has_one_reason(results: Results) -> None:

@@ -30,6 +30,12 @@ def test_a_candidate_sensor_beside_one_of_its_kind_is_none() -> None:
     assert "probe_strain_centre" not in found
 
 
+def test_a_cell_along_another_direction_does_not_stand_for_the_reaction_in_the_push() -> None:
+    case, cell = load_case("reference_strike"), {"sensors": {"reaction_force": {"along": [0.0, 1.0, 0.0]}}}
+    assert "probe_reaction_force" not in candidate_sensors(case)
+    assert "probe_reaction_force" in candidate_sensors(case.overlaid(cell))
+
+
 def test_candidate_sensors_lie_on_a_mesh_from_a_file_wherever_its_origin_is(tmp_path: Path) -> None:
     """Places counted from the origin were off a mesh that begins there, and ended the diagnosis with an error."""
     case = load_case(sheet_from_a_file(tmp_path, corner=0.0))
