@@ -128,7 +128,7 @@ def struck_plane(impact: Impact, target: Target | None) -> Plane | None:
 
     Its normal is the mean, weighted by area, over the struck part's shells around the aim that are one surface with
     those there. Vector areas sum to what their common border encloses: a node that lies wrong inside of it tilts
-    nothing.
+    nothing. On the ridge of a wedge, where none is one surface with the others, it is the mean of theirs.
     """
     found, direction = shells_at_aim(impact, target), direction_of(impact)
     if found is None or stand_along(normals := found.normals[found.own], direction):
@@ -136,7 +136,7 @@ def struck_plane(impact: Impact, target: Target | None) -> Plane | None:
     there = (np.where(normals @ direction > 0.0, -1.0, 1.0)[:, None] * normals).sum(axis=0)
     along = found.areas @ (there / np.linalg.norm(there))
     surface = np.abs(along) > LEVEL * np.linalg.norm(found.areas, axis=1)
-    normal = (np.sign(along[surface])[:, None] * found.areas[surface]).sum(axis=0)
+    normal = (np.sign(along[surface])[:, None] * found.areas[surface]).sum(axis=0) if surface.any() else there
     normal /= np.linalg.norm(normal)
     return None if normal[2] > HORIZONTAL else Plane(found.point, turned_to(normal))
 

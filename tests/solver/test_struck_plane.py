@@ -159,6 +159,18 @@ def test_the_fold_of_a_part_beside_the_aim_does_not_tilt_the_struck_plane(tmp_pa
     assert normal_of(case) == pytest.approx(about_y(30.0) @ Z, abs=1e-12)
 
 
+@pytest.mark.parametrize("half", [60.0, 40.0, 15.0])
+def test_the_ridge_of_a_wedge_is_struck_squarely(tmp_path, half):
+    """Of half an angle of 45 degrees and less no shell lies as their mean: the normal was no number."""
+    case = strike(tmp_path, 0.0, direction=[0.0, 0.0, -1.0])
+    nodes, quads = plate()
+    flank = np.array([np.sin(np.radians(half)), -np.cos(np.radians(half))])
+    nodes[:, [0, 2]] = np.column_stack([nodes[:, 0], np.abs(nodes[:, 0])]) * flank
+    written(nodes, quads, tmp_path / "0.0.inp")
+    assert case.struck_plane is None, "level, as their mean is"
+    assert case.normal_speed == pytest.approx(case.impact.speed)
+
+
 def test_the_struck_plane_is_sought_once_and_follows_the_case_and_its_file(tmp_path):
     case = strike(tmp_path, 30.0)
     normal_of(case)
