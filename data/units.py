@@ -77,7 +77,7 @@ PLURALS = {
 
 _STRAIN = {
     **dict.fromkeys(("strain", "Strain", "STRAIN"), "m/m"),
-    **dict.fromkeys(("microstrain", "ustrain", "ustr", "ue", "u\u03b5", "ppm"), "um/m"),
+    **dict.fromkeys(("microstrain", "ustrain", "uStrain", "ustr", "ue", "u\u03b5", "ppm"), "um/m"),
     **dict.fromkeys(("millistrain", "mstrain", "\u2030"), "mm/m"),
     **dict.fromkeys(("%", "percent", "% strain"), "cm/m"),
 }

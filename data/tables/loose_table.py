@@ -712,9 +712,12 @@ def _holds_a_number(cells: Sequence[str]) -> bool:
 
 
 def _are_units(cells: Sequence[str]) -> bool:
-    """Whether a line's cells are units of what sensors give, or empty; below a unit of time, units of anything."""
+    """Whether a line's cells are units of what sensors give, or empty; below a unit of time, units of anything.
+
+    Beside one that is written right, others may be in the wrong case: ms, mm, KN.
+    """
     bare = [_unit_text(cell) for cell in cells]
-    if any(bare) and all(map(_is_unit, bare)):
+    if any(map(_is_unit, filter(None, bare))) and all(_is_unit(c) or (len(c) > 1 and _likely(c)) for c in bare):
         return True
     first = next(filter(None, bare), "")
     return _is_unit(first) and si_unit(first) == "s" and all(not c or _measures_something(c) for c in bare)
@@ -757,10 +760,15 @@ def _head(cell: str, unit: str | None) -> Head:
     return Head(cell, unit, cell)
 
 
+def _likely(unit: str) -> str:
+    """The unit of a clock or a sensor that one in the wrong case stands for; empty where there is none."""
+    better = usual(unit)
+    return better if better and si_unit(better) in (*MEASURED, *TIME) else ""
+
+
 def _foreign_head(name: str, unit: str, text: str) -> Head | None:
     """A head whose unit measures nothing used here, or is in the wrong case; None for a text that is no unit."""
-    likely = usual(unit)
-    likely = likely if likely and si_unit(likely) in (*MEASURED, *TIME) else ""
+    likely = _likely(unit)
     return Head(name, None, text, unit, likely) if likely or _measures_something(unit) else None
 
 

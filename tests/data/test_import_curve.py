@@ -508,6 +508,8 @@ WRONG = [
     ("t [Msec],a [mm]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"t" is in Msec; is "ms" meant\? .* --time-unit ms'),
     ("t [ms],f [LBF]\n0,0\n1,1\n", ImportOptions({"f": ""}), r'"f" is in LBF; is "lbf" meant\? .* --unit f=lbf'),
     ("t [ms],p [mPa]\n0,0\n1,1\n", ImportOptions({"p": ""}), r'"p" is in mPa; is "MPa" meant\?'),
+    ("Time,a,b\nms,mm,KN\n0,0,0\n1,1,1\n", ImportOptions({"f": "b"}), r'"b" is in KN; is "kN" meant\?'),
+    ("Time,a,b\nSec,Mm,kN\n0,0,0\n1,1,1\n", ImportOptions({"w": "a"}), r'"a" is in Mm; is "mm" meant\?'),
     ("t [ms],a [G]\n0,0\n1,1\n", ImportOptions({"w": ""}, units={"w": "mm"}), r"in G: of an accelerometer, 9.80665"),
     ("t [ms],a [A]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"a" is in A, .* --scale w="2.5 mm/A"'),
     ("t [ms],a [Msec]\n0,0\n1,1\n", ImportOptions({"w": ""}), r'"a" is in ms, which no sensor of a case measures'),
@@ -764,7 +766,9 @@ def test_volts_are_multiplied_by_what_a_volt_stands_for(tmp_path: Path, asked: s
         import_record(tmp_path / "a.csv", ImportOptions({"displacement_centre": asked}))
 
 
-@pytest.mark.parametrize("unit", ["µm/m", "\u03bcm/m", "um/m", "microstrain", "µstrain", "ustrain", "µε", "ppm"])
+@pytest.mark.parametrize(
+    "unit", ["µm/m", "\u03bcm/m", "um/m", "microstrain", "µstrain", "µStrain", "ustrain", "µε", "ppm"]
+)
 def test_microstrain_however_it_is_written(tmp_path: Path, unit: str) -> None:
     found = imported(tmp_path / "a.csv", f"t [ms],SG1 [{unit}]\n0,0\n1,250\n", ImportOptions({"strain_1": "SG1"}))
     assert found.channels["strain_1"].tolist() == [0.0, 250e-6]
