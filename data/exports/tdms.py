@@ -18,7 +18,7 @@ from birdstrike.data.tables.loose_table import LooseTable
 def read(path: Path, table: str) -> LooseTable:
     """Channels with their unit_string; the clocks of their waveforms, each once, where no channel is the time.
 
-    A channel of dates counts in seconds from its first one.
+    A channel of dates, one for each reading, counts in seconds from its first one.
     """
     try:
         return _read(path, table)
@@ -32,10 +32,10 @@ def _read(path: Path, table: str) -> LooseTable:
     file = TdmsFile.read(path, raw_timestamps=True)  # else they are cut to microseconds
     groups = {group.name: group for group in file.groups() if group.channels()}
     group = groups[chosen(path, list(groups), table, "group")]
-    dated = [c for c in group.channels() if len(c) and np.issubdtype(c.dtype, np.datetime64)]
+    length = max((len(c) for c in group.channels() if np.issubdtype(c.dtype, np.number)), default=0)
+    dated = [c for c in group.channels() if len(c) == length > 0 and np.issubdtype(c.dtype, np.datetime64)]
     channels = [c for c in group.channels() if c in dated or np.issubdtype(c.dtype, np.number)]
     named = bool(dated) or any(channel.name.lower().startswith(("time", "zeit")) for channel in channels)
-    length = max((len(channel) for channel in channels), default=0)
     columns, clock = list[NamedColumn](), None
     for channel in channels:
         if not named and len(channel) and (own := _clock(channel)) not in (None, clock):

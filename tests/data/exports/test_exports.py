@@ -96,6 +96,10 @@ def test_dates_of_tdms_are_a_clock_and_a_damaged_scale_is_the_users_error(tmp_pa
     assert any(
         "times of day were read, and count from the first row, 2026-11-21T10:15:30" in x for x in found.provenance
     )
+    wave = nptdms.ChannelObject("G", "laser", 1e3 * WAVE, {"unit_string": "mm", "wf_increment": 1e-5})
+    with nptdms.TdmsWriter(tmp_path / "c.tdms") as file:
+        file.write_segment([nptdms.ChannelObject("G", "Trigger", dates[:1]), wave])
+    is_the_wave(imported(tmp_path / "c.tdms", "--sensor", f"{CENTRE}=laser"))
     scale = {"Scale_Type": "Linear", "Linear_Slope": 0.1, "Linear_Y_Intercept": 0.0, "Linear_Input_Source": 0}
     broken = {"NI_Number_Of_Scales": 2, "unit_string": "mm"} | {f"NI_Scale[1]_{key}": v for key, v in scale.items()}
     with nptdms.TdmsWriter(tmp_path / "b.tdms") as file:
