@@ -442,7 +442,7 @@ def _noise(table: LooseTable, index: int, beside: int, sensor: str, options: Imp
     """The noise of a sensor, of a column, in the unit of the sensor's own `beside` it where it has none."""
     heads = list(table.heads)
     if heads[index].unit is None and not heads[index].foreign:
-        heads[index] = replace(heads[beside], name=heads[index].name)
+        heads[index] = replace(heads[beside], name=heads[index].name, fault=heads[index].fault)
     column = _column(replace(table, heads=tuple(heads)), index, sensor, options)
     sign = np.sign(options.scales.get(sensor, 1.0))
     return replace(column, name=f"{sensor}{SIGMA}", values=sign * column.values)

@@ -525,6 +525,7 @@ WRONG = [
         r'column "Time" of the times is empty; name another, --time COLUMN, or, if the file has no clock, .*--rate',
     ),
     ("t [ms],e [%]\n0,0\n1,0.15%\n2,1%\n", ImportOptions({"e": ""}), r"line 4: .* per cent, and line 2 has no such"),
+    ("t [ms],e [%],e_sigma\n0,0,0.1%\n1,1,0.1\n", ImportOptions({"e": "e"}), r"e_sigma. bears a sign of per cent"),
     ("t [ms],e [um/m]\n0,0%\n1,1%\n", ImportOptions({"e": ""}), r"per cent, and its head says um/m; write all"),
     ("t_ms,a_mm\n0,1e400\n1,1\n", ImportOptions(CENTRE), r"1e400.*is not|too large|not a finite"),
 ]
