@@ -5,9 +5,11 @@ posterior odds of all single effects and of something else against none, by the 
 the discrepancy: by Neyman and Pearson the best test of none against that mixture. Its distribution under none is
 simulated in the linear system; the p-value is the mean over the amplitudes' posterior under none (posterior predictive:
 Bayarri & Berger, J. Am. Stat. Assoc. 95 (2000) 1127). It is uniform where the amplitudes are known, and else drawn to
-the middle, because the record is used twice: of linear records without an effect 0 to 2.4 % are below 0.05, whatever
-the amplitudes. Their partial posterior predictive p-value (ibid.), which leaves the statistic out of the amplitudes'
-posterior, is no remedy: 34 % of such records were below 0.05, for the statistic holds most of what is known of these.
+the middle, because the record is used twice: of linear records without an effect 0 to 2.4 % are below 0.05, with one
+channel and with four, without a baseline and beside one, of amplitudes from small to large (four channels beside a
+baseline at a middle amplitude alone). The partial posterior predictive p-value (ibid.), which leaves the statistic out
+of the amplitudes' posterior, is no remedy: 34 % of such records were below 0.05, for the statistic holds most of what
+is known of the amplitudes.
 
 Required discrepancy of a model: the smallest model error, one share of the peak for every kind of sensor, with which
 the record is consistent. Consistent: the share is not too small for what the model leaves (its marginal likelihood is
