@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.surrogate.emulator import Emulator
 
 BASE = 256
@@ -31,7 +32,10 @@ class SobolIndices:
 def sobol_indices(
     emulator: Emulator, channel: str, instants: int = INSTANTS, seed: int = 0, base: int = BASE
 ) -> SobolIndices:
-    """Indices of one channel, each parameter uniform over the parts of its range that the emulator covers."""
+    """Indices of one channel, each parameter uniform over the parts of its range that the emulator covers.
+
+    In the scale of the range: of a logarithmic one the logarithm is uniform, as its design spreads the runs.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # SALib divides by a variance of 0 where nothing has moved yet
         from SALib.analyze import sobol as analyse  # with multiprocess behind it, so only who asks waits for it
@@ -53,13 +57,16 @@ def sobol_indices(
 
 
 def _spread(emulator: Emulator, unit: Array) -> Array:
-    """0..1 spread over the parts of every range that a box of the emulator covers, end to end."""
-    theta = np.empty_like(unit)
+    """(n, k) SI: 0..1 spread over the parts of every range that a box of the emulator covers, end to end."""
+    lows, highs = (np.array([getattr(r, end) for r in emulator.regions]) for end in ("lows", "highs"))
+    low, high = lows.min(axis=0), np.maximum(highs.max(axis=0), np.nextafter(lows.min(axis=0), np.inf))
+    space = ParameterSpace(emulator.names, ("",) * len(emulator.names), low, high, emulator.scales)
+    begin, end, place = space.to_unit(lows), space.to_unit(highs), np.empty_like(unit)
     for i in range(unit.shape[1]):
-        pieces = sorted({(float(r.lows[i]), float(r.highs[i])) for r in emulator.regions})
-        lengths = np.array([high - low for low, high in pieces])
+        pieces = sorted(set(zip(begin[:, i].tolist(), end[:, i].tolist(), strict=True)))
+        lengths = np.array([b - a for a, b in pieces])
         ends = np.concatenate([[0.0], np.cumsum(lengths)])
         along = unit[:, i] * ends[-1]
         j = np.clip(np.searchsorted(ends, along, side="right") - 1, 0, len(pieces) - 1)
-        theta[:, i] = np.array([low for low, _ in pieces])[j] + along - ends[j]
-    return theta
+        place[:, i] = np.array([a for a, _ in pieces])[j] + along - ends[j]
+    return space.to_physical(place)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.inversion.estimation.calibration import Calibrator
@@ -18,7 +19,7 @@ from birdstrike.inversion.identifiability.sobol import sobol_indices
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from tests.inversion import eroding
-from tests.inversion.stand_in import CHANNEL, NAMES, TIMES, campaign, record, spread, truth
+from tests.inversion.stand_in import CHANNEL, NAMES, TIME, TIMES, campaign, record, spread, truth
 
 NOISE = 2e-5
 
@@ -146,6 +147,28 @@ def test_sobol_indices_follow_the_pulse(emulator: Emulator) -> None:
     assert found.total[3, bump] == pytest.approx(share, rel=0.2)
     assert found.first[3, bump] == pytest.approx(share, abs=0.05)
     assert np.isnan(found.total[:, 0]).all()  # nothing has moved yet
+
+
+def test_a_logarithmic_range_is_spread_by_its_logarithm_in_sobol_indices() -> None:
+    """Curves of log10 a + 3 b with a over three decades: half of the variance is a's; linearly it was a fifth."""
+    u = qmc.LatinHypercube(2, rng=0).random(30)
+    scale = np.sin(np.pi * TIME / TIME[-1])
+    runs = Dataset(
+        names=("bird.a", "bird.b"),
+        units=("Pa", ""),
+        lows=np.array([1.0, 0.0]),
+        highs=np.array([1000.0, 1.0]),
+        runs=np.arange(1, 31),
+        parameters=np.column_stack([1000.0 ** u[:, 0], u[:, 1]]),
+        time=TIME,
+        curves={CHANNEL: 3e-3 * u.sum(axis=1)[:, None] * scale},
+        channel_units={CHANNEL: "m"},
+        smooth=np.ones(30, dtype=bool),
+        case_hash="decades",
+        scales=("logarithmic", "linear"),
+    )
+    found = sobol_indices(fit_emulator(runs, [CHANNEL]), CHANNEL, instants=3, base=64)
+    assert found.first[:, 1] == pytest.approx([0.5, 0.5], abs=0.1)
 
 
 def test_information_bound_of_a_scaled_curve_is_the_textbooks(product: Dataset) -> None:
