@@ -16,7 +16,12 @@ from birdstrike.doe.designs.quality import Quality, weakest_quality
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.answers.proposal import Calibration
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
-from birdstrike.inversion.estimation.coordinates import Coordinates, carried_coordinates, parameter_coordinates
+from birdstrike.inversion.estimation.coordinates import (
+    Coordinates,
+    carried_coordinates,
+    parameter_coordinates,
+    parameter_space,
+)
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import Columns, error_columns, poor
 from birdstrike.inversion.estimation.posterior import Sampling, sample
@@ -218,7 +223,7 @@ def design_figures(dataset: Dataset) -> DesignFigures:
 
 def _judged(dataset: Dataset) -> tuple[Quality, ParameterSpace]:
     """Quality of the smooth runs, and the space in whose scale it is so, as run-doe judges a design."""
-    space = ParameterSpace(dataset.names, dataset.units, dataset.lows, dataset.highs, dataset.scales)
+    space = parameter_space(dataset)
     return weakest_quality(space.to_unit(dataset.parameters[dataset.smooth]), space)
 
 

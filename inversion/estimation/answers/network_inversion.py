@@ -13,6 +13,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import listing, many, plain, quantity
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.answers.estimates import OUTSIDE, reported
+from birdstrike.inversion.estimation.coordinates import parameter_space
 from birdstrike.inversion.estimation.prior import NormalPrior, identified
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.autocorrelation import correlated, neighbour_correlation
@@ -95,15 +96,18 @@ def _strange(outside: NDArray[np.bool_], read: Mapping[str, Array]) -> str:
 def network_estimates(dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, inside: bool) -> dict[str, Estimate]:
     """Values, with intervals from the errors on the held-out samples and the noise where there is ground for them.
 
-    A parameter that is not identified has its whole range: the network knows no prior that a case states.
+    A parameter that is not identified has its whole range: the network knows no prior that a case states. How narrow an
+    interval is counts in the scale of the range.
     """
-    prior = NormalPrior.of_ranges(len(dataset.names)).width() * (dataset.highs - dataset.lows)
+    limits = list(zip(dataset.lows.tolist(), dataset.highs.tolist(), strict=True))
+    found = [_interval(dataset, fit, answer, i) if inside else (None, OUTSIDE) for i in range(len(limits))]
+    ends = np.array([interval or whole for (interval, _), whole in zip(found, limits, strict=True)])
+    width = np.diff(parameter_space(dataset).to_unit(ends.T), axis=0)[0]
+    narrow = identified(width, NormalPrior.of_ranges(len(limits)).width())
     estimates: dict[str, Estimate] = {}
-    for i, name in enumerate(dataset.names):
-        interval, why = _interval(dataset, fit, answer, i) if inside else (None, OUTSIDE)
-        known = bool(interval is not None and identified(interval[1] - interval[0], prior[i]))
-        value, limits = float(answer.theta[i]), (float(dataset.lows[i]), float(dataset.highs[i]))
-        given = reported(value, interval, limits, known) if interval is not None else None
+    for i, (name, (interval, why)) in enumerate(zip(dataset.names, found, strict=True)):
+        value, known = float(answer.theta[i]), bool(interval is not None and narrow[i])
+        given = reported(value, interval, limits[i], known) if interval is not None else None
         estimates[name] = Estimate(value, given, dataset.units[i], known, why)
     return estimates
 

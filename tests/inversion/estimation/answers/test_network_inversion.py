@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -34,6 +36,23 @@ def test_a_linear_output_outside_the_range_is_said_to_be_there(dataset: Dataset)
     outside = peak_at(dataset, "linear", 1.05)
     assert outside.interval_95 is None
     assert "answer, 7.15 mm, is outside the range" in outside.reason
+
+
+@pytest.mark.parametrize(("scale", "known"), [("linear", True), ("logarithmic", False)])
+def test_how_narrow_an_interval_is_counts_in_the_scale_of_the_range(dataset: Dataset, scale: str, known: bool) -> None:
+    """An interval over two of three decades was told as identified, because it is a tenth of the range linearly."""
+    fit, k = fit_network(dataset, {CHANNEL: TIMES}, outputs="linear"), len(NAMES)
+    wide = replace(
+        dataset,
+        lows=np.append(1e-5, LOWS[1:]),
+        highs=np.append(1e-2, HIGHS[1:]),
+        scales=(scale, *("linear",) * (k - 1)),
+    )
+    raw = np.append(3e-4, truth(0.5)[1:])
+    answer = NetworkAnswer(raw, raw, np.append(3e-4, np.zeros(k - 1)), ("noise",), ())
+    found = network_estimates(wide, fit, answer, True)[NAMES[0]]
+    assert found.identified is known
+    assert (found.interval_95 == (1e-5, 1e-2)) is not known
 
 
 @pytest.mark.parametrize(
