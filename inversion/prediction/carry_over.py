@@ -90,7 +90,7 @@ def _members(explanations: Sequence[Explanation]) -> list[tuple[str, str, float]
 
 def _carried(label: str, name: str, size: float, learnt: Learnt, case: Case) -> Carried:
     effect = effect_named(name)
-    if effect.scope == "sensor":
+    if effect.fault is not None and effect.scope == "sensor":
         faults = {one.label: one.sensors for one in instrument_effects(learnt.case, learnt.sensors)}
         there = tuple(s for s in faults.get(label, ()) if s in case.sensors and same_sensor(learnt.case, case, s))
         how = CARRIED if there else DROPPED
@@ -102,9 +102,18 @@ def _carried(label: str, name: str, size: float, learnt: Learnt, case: Case) -> 
         return Carried(label, name, ANEW, size, (), sided)
     if effect.scope == "bird":
         return Carried(label, name, CARRIED, size, (), sided)
-    same = same_structure(case, learnt.case) if effect.scope == "plate" else not other_rig(learnt.case, case)
+    same = _same(effect.scope, learnt, case)
     own = size if same or effect.refuses(case) else effect.size(case)
     return Carried(label, name, CARRIED if same else ANEW, own, (), sided)
+
+
+def _same(scope: str, learnt: Learnt, case: Case) -> bool:
+    """Whether the new case has what an effect of the solver belongs to: the plate, or the rig, with its sensors."""
+    if scope == "plate":
+        return same_structure(case, learnt.case)
+    sensors = learnt.sensors if scope == "sensor" else ()
+    there = all(name in case.sensors and same_sensor(learnt.case, case, name) for name in sensors)
+    return there and not other_rig(learnt.case, case)
 
 
 def same_sensor(learnt: Case, case: Case, name: str) -> bool:

@@ -13,6 +13,7 @@ from sklearn.gaussian_process.kernels import Matern
 
 from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.effects import Effect, register, unregister
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.prediction.answer import share_of
@@ -95,6 +96,22 @@ def test_effects_go_where_they_belong() -> None:
     assert elsewhere["sensor_gain.displacement_side"] == "left behind"
     wider = carried_effects(known, tiny().overlaid({"plate": {"width": "400 mm"}}))
     assert wider["clamp_rotation"].how == "drawn anew"
+
+
+def test_a_simulated_effect_of_a_sensor_is_carried_to_the_rig_that_has_the_sensors(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It was left behind wherever it went, because no instrument's fault has its name."""
+    monkeypatch.setitem(LABELS, "gauge_place", 5e-3)
+    move = {"sensors": {"displacement_side": {"at": ["5 mm", "0 mm"]}}}
+    register(Effect("gauge_place", "a gauge elsewhere", "m", lambda *_: move, lambda _: 5e-3, scope="sensor"))
+    try:
+        known = learnt(("gauge_place", 1.0))
+        elsewhere = tiny().overlaid({"sensors": {"displacement_side": {"at": ["60 mm", "0 mm"]}}})
+        found = [carried_effects(known, case)["gauge_place"].how for case in (tiny(), elsewhere)]
+    finally:
+        unregister("gauge_place")
+    assert found == ["carried", "drawn anew"]
 
 
 def test_a_structure_without_the_effect_s_part_is_refused_by_name_unless_it_is_left_behind() -> None:
