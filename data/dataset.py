@@ -81,10 +81,6 @@ class Dataset(Displayed):
         first = np.unique(self.parameters, axis=0, return_index=True)[1]
         return np.isin(np.arange(len(self.runs)), first)
 
-    def scaled(self) -> Array:
-        """Parameters mapped to 0..1 over their ranges, (n, k)."""
-        return (self.parameters - self.lows) / (self.highs - self.lows)
-
     def sampled(self, channel: str, times: Array) -> Array:
         """One channel of every run at `times` [s], (n, len(times)); NaN outside the record."""
         return np.stack([np.interp(times, self.time, y, left=np.nan, right=np.nan) for y in self.curves[channel]])

@@ -18,7 +18,7 @@ from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Calibrator
-from birdstrike.inversion.estimation.coordinates import parameter_coordinates
+from birdstrike.inversion.estimation.coordinates import parameter_coordinates, parameter_space
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.posterior import sample
@@ -63,9 +63,9 @@ class Condition:
 class MethodScore:
     """One method under one condition.
 
-    errors: name -> |value - truth| as a share of the range; predicted, verified: RMS of the curve over the noise-free
-    truth's, whitened by 0.02 mm and its like, by the emulator and by the solver; runs: of the solver, the campaign's
-    included; bounds: name -> what `ALLOWED` names, share of the range, None without noise.
+    errors: name -> |value - truth| as a share of the range, in its scale; predicted, verified: RMS of the curve over
+    the noise-free truth's, whitened by 0.02 mm and its like, by the emulator and by the solver; runs: of the solver,
+    the campaign's included; bounds: name -> what `ALLOWED` names, share of the range, None without noise.
     """
 
     condition: str
@@ -167,17 +167,16 @@ def _network(bench: KnownCase, record: Observations, trainer: str) -> Array:
 
 def _solver_in_the_loop(bench: KnownCase, record: Observations) -> tuple[Array, int]:
     """Trust-region least squares from the middle of the ranges; runs counted, the campaign not among them."""
-    lows, span = bench.dataset.lows, bench.dataset.highs - bench.dataset.lows
-    runs = 0
+    space, runs = parameter_space(bench.dataset), 0
 
     def residual(z: Array) -> Array:
         nonlocal runs
         runs += 1
-        theta = bench.dataset.named(lows + z * span)
+        theta = bench.dataset.named(space.to_physical(z))
         return (stacked(bench.forward(theta), record, 0.0) - record.values) / record.noise
 
-    found = from_the_middle(residual, len(lows), LOOPS)
-    return lows + found.x * span, runs - len(bench.dataset.runs)
+    found = from_the_middle(residual, len(space.names), LOOPS)
+    return space.to_physical(found.x), runs - len(bench.dataset.runs)
 
 
 def _row(
@@ -190,9 +189,9 @@ def _row(
     seconds: float,
     bounds: dict[str, float] | None,
 ) -> MethodScore:
-    names, span = bench.dataset.names, bench.dataset.highs - bench.dataset.lows
+    names, space = bench.dataset.names, parameter_space(bench.dataset)
     truth = np.array([bench.truth[name] for name in names])
-    errors = bench.dataset.named(np.abs(theta - truth) / span)
+    errors = bench.dataset.named(np.abs(space.to_unit(theta) - space.to_unit(truth)))
     unit = np.concatenate([np.full(len(c.times), NOISES[1] * bench.size(c.name)) for c in record.channels])
     clean = stacked(bench.histories, record, 0.0) / unit
     model = CurveModel(bench.emulators[condition.channels], record)

@@ -26,6 +26,7 @@ from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.coordinates import parameter_space
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.whitening import principal
 from birdstrike.inversion.forward import Forward, watched
@@ -241,12 +242,12 @@ class CorrectedCampaign:
         return np.stack([np.interp(times, self.dataset.time, row) for row in rows], axis=1)
 
     def _place(self, theta: Array) -> Array:
-        """Fractions (k,) of the ranges."""
-        return (theta - self.dataset.lows) / (self.dataset.highs - self.dataset.lows)
+        """Fractions (k,) of the ranges, each in its scale."""
+        return parameter_space(self.dataset).to_unit(theta)
 
     def _theta(self, z: Array) -> Array:
         """Parameters (q, k) SI at fractions z (q, k) of the ranges."""
-        return self.dataset.lows + z * (self.dataset.highs - self.dataset.lows)
+        return parameter_space(self.dataset).to_physical(z)
 
 
 @dataclass(frozen=True)
@@ -295,12 +296,13 @@ def correct_campaign(
     """
     begun, emulator = perf_counter(), fit_emulator(dataset, channels, seed)
     rows = np.flatnonzero(np.isin(dataset.runs, emulator.runs))
-    chosen = rows[list(spread(dataset.scaled()[rows])[:FINE_RUNS])]
+    unit = parameter_space(dataset).to_unit(dataset.parameters)
+    chosen = rows[list(spread(unit[rows])[:FINE_RUNS])]
     finished, curves = _fine_runs(dataset, fine, chosen, channels, progress)
-    z = dataset.scaled()[finished]
+    z = unit[finished]
     differences = curves - stacked_curves(emulator, dataset.parameters[finished], channels)
     correction = MeshCorrection.fit(z, differences, len(channels), seed)
-    parts = np.split(correction.at(dataset.scaled()), len(channels), axis=1)
+    parts = np.split(correction.at(unit), len(channels), axis=1)
     own = {name: dataset.curves[name] + part for name, part in zip(channels, parts, strict=True)}
     mesh_file = unrefined_file(case)
     figures = MeshCorrectionFigures(

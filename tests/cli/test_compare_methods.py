@@ -7,6 +7,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from birdstrike.cli import compare_methods as command
@@ -53,6 +54,16 @@ def test_parameters_of_one_last_name_are_told_apart() -> None:
     text = command.markdown((), {"noise": [Coverage("solver", 1, both, {**both}, both, both, both, both, 0)]})
     rows = [line.split("|")[1].strip() for line in text.splitlines() if line.startswith("| ")][1:]
     assert len(set(rows)) == 2, rows
+
+
+def test_errors_are_shares_of_a_range_in_its_scale_as_their_bounds_are() -> None:
+    """A third of the true damping, over a logarithmic range from 0.05 to 0.25."""
+    runs = replace(campaign(spread(12)), scales=("linear", "linear", "logarithmic", "linear"))
+    right = truth(0.6)
+    bench = KnownCase.of(runs, forward, dict(zip(NAMES, map(float, right), strict=True)), (CHANNEL,))
+    condition, off = conditions((CHANNEL,))[0], np.array([1.0, 1.0, 1.0 / 3.0, 1.0])
+    row = method_comparison._row(bench, condition, bench.record(condition), "own", right * off, 0, 0.0, None)
+    assert row.errors == pytest.approx(dict(zip(NAMES, (0.0, 0.0, np.log(3.0) / np.log(5.0), 0.0), strict=True)))
 
 
 def test_networks_are_trained_as_train_and_invert_trains_them(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -69,6 +69,40 @@ def test_every_run_is_corrected_to_a_tenth_of_what_the_mesh_does(
     np.testing.assert_array_equal(corrected.dataset.curves[FORCE], dataset.curves[FORCE])
 
 
+def test_a_logarithmic_range_is_corrected_by_its_logarithm() -> None:
+    """Fine runs of three decades stood in the last one, where runs are farthest apart linearly."""
+    a, seen = np.geomspace(1.0, 1e3, 12), list[float]()
+
+    def finer(theta: Mapping[str, float]) -> Histories:
+        seen.append(theta["bird.a"])
+        if len(seen) > 5:
+            raise RunFailed("five are enough")
+        decades = np.log10(theta["bird.a"])
+        return Histories(TIME, {CHANNEL: (1.0 + decades) * (1.01 + 0.02 * decades) * shape}, {CHANNEL: "m"})
+
+    shape = 1e-3 * np.sin(np.pi * TIME / TIME[-1])
+    runs = Dataset(
+        names=("bird.a",),
+        units=("Pa",),
+        lows=a[:1],
+        highs=a[-1:],
+        runs=np.arange(1, 13),
+        parameters=a[:, None],
+        time=TIME,
+        curves={CHANNEL: (1.0 + np.log10(a))[:, None] * shape},
+        channel_units={CHANNEL: "m"},
+        smooth=np.ones(12, dtype=bool),
+        case_hash="decades",
+        scales=("logarithmic",),
+    )
+    found = correct_campaign(runs, finer, FINE, [CHANNEL], lambda _: None)
+    assert {int(np.log10(one)) for one in seen[:5]} >= {0, 1, 2}
+    wanted = (0.01 + 0.02 * np.log10(a))[:, None] * runs.curves[CHANNEL]
+    added = found.dataset.curves[CHANNEL] - runs.curves[CHANNEL]
+    assert np.sqrt(((added - wanted) ** 2).mean()) < 0.1 * np.sqrt((wanted**2).mean())
+    assert found.added(a[4:5])[CHANNEL] == pytest.approx(added[4], abs=1e-9)
+
+
 def test_new_point_is_corrected_within_the_stated_error(corrected: CorrectedCampaign) -> None:
     """At 50 points that no run knows the correction errs by no more than three of its standard deviations."""
     z = np.random.default_rng(1).random((50, 4))
