@@ -1,7 +1,7 @@
-"""Logarithmic ranges for an estimation that is linear in its parameters: such a parameter enters as a fraction 0..1.
+"""A model's constants as its joint fit has them: one over a logarithmic range is the fraction 0..1 of that range.
 
-The emulator interpolates, the prior is normal and intervals are central in that fraction, so that a modulus that spans
-decades is treated as its logarithm.
+The emulator interpolates, the prior is normal and intervals are central in that fraction, as they are in the logarithm
+where `train-and-invert` or a diagnosis seeks such a parameter.
 """
 
 from __future__ import annotations
