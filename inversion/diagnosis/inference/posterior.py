@@ -75,22 +75,39 @@ def draws(
 ) -> tuple[Array, Array, Indices]:
     """(count, r) calibrated parameters, (count, q) sizes h of the members, (count,) nodes of a model's posterior.
 
-    From the joint Gaussians of the nodes. The whole of a magnitude that an unnamed error shares is the
-    member's, as in `ModelTester._magnitudes`. What another lattice moves is not in them: they are of the fit, which
-    took it up, and predictions with these parameters need it.
+    From the joint Gaussians of the nodes. The whole of a magnitude that an unnamed error shares is the member's, cut
+    off at 0 where it cannot be negative, as in `ModelTester._magnitudes`. What another lattice moves is not in them:
+    they are of the fit, which took it up, and predictions with these parameters need it.
     """
     hypothesis, weights = evidence.hypothesis, evidence.weights
     nodes = np.sort(rng.choice(len(weights), count, p=weights / weights.sum()))
-    at, free = tester.system.at["J"], len(tester.free)
-    x = np.vstack([_drawn_at(tester, evidence, int(n), int((nodes == n).sum()), rng) for n in np.unique(nodes)])
-    found = x[:, free : free + len(hypothesis.members)]
-    for j, one in enumerate(hypothesis.members):
-        if one.label in tester.shared:
-            found[:, j] += x[:, tester.unnamed_of(one.label) - at.start]
-    return x[:, : at.stop - at.start] @ tester.rotation, found, nodes
+    at, parts = tester.system.at["J"], _parts_of_sizes(tester, hypothesis.members)
+    x = np.vstack([_drawn_at(tester, evidence, int(n), int((nodes == n).sum()), parts, rng) for n in np.unique(nodes)])
+    return x[:, : at.stop - at.start] @ tester.rotation, _sizes(x, parts), nodes
 
 
-def _drawn_at(tester: ModelTester, evidence: Evidence, node: int, count: int, rng: np.random.Generator) -> Array:
+def _parts_of_sizes(tester: ModelTester, members: Sequence[CandidateEffect]) -> list[list[int]]:
+    """Of each member the columns of a draw that add up to its size: its own, and an unnamed error's that shares it."""
+    first, own = tester.system.at["J"].start, range(len(tester.free), len(tester.free) + len(members))
+    return [
+        [column, tester.unnamed_of(one.label) - first] if one.label in tester.shared else [column]
+        for column, one in zip(own, members, strict=True)
+    ]
+
+
+def _sizes(x: Array, parts: Sequence[Sequence[int]]) -> Array:
+    """(n, q) sizes h of the members in draws x (n, r + q + ...)."""
+    return np.array([x[:, own].sum(axis=1) for own in parts]).reshape(len(parts), len(x)).T
+
+
+def _drawn_at(
+    tester: ModelTester,
+    evidence: Evidence,
+    node: int,
+    count: int,
+    parts_of_sizes: Sequence[Sequence[int]],
+    rng: np.random.Generator,
+) -> Array:
     """(count, r + q + ...) free directions, magnitudes and what is not known of signatures, at one node."""
     hypothesis, number = evidence.hypothesis, np.array([node])
     members, grams = [one.label for one in hypothesis.members], tester.grams_of(hypothesis)
@@ -102,23 +119,23 @@ def _drawn_at(tester: ModelTester, evidence: Evidence, node: int, count: int, rn
         d = np.concatenate([tester.sizes(number)[0], factor, directions.errors])
         inverse = np.linalg.inv(d[:, None] * gram[1:, 1:] * d + np.eye(len(d)))
         mean, chol = inverse @ (d * gram[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
-        parts.append(_possible(tester, hypothesis.members, d * mean, d[:, None] * chol, int(due), rng))
+        parts.append(_possible(hypothesis.members, parts_of_sizes, d * mean, d[:, None] * chol, int(due), rng))
     return np.vstack(parts)
 
 
 def _possible(
-    tester: ModelTester,
     members: Sequence[CandidateEffect],
+    parts_of_sizes: Sequence[Sequence[int]],
     mean: Array,
     chol: Array,
     count: int,
     rng: np.random.Generator,
 ) -> Array:
     """(count, n) draws of a normal distribution; one with a magnitude that cannot be negative, but is, anew."""
-    x, due, free = np.zeros((count, len(mean))), np.arange(count), len(tester.free)
+    x, due = np.zeros((count, len(mean))), np.arange(count)
     for _ in range(REDRAWN):
         x[due] = mean + rng.standard_normal((len(due), len(mean))) @ chol.T
-        due = due[_impossible(members, x[due, free : free + len(members)])]
+        due = due[_impossible(members, _sizes(x[due], parts_of_sizes))]
         if not len(due):
             break
     return x

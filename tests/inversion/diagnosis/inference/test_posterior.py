@@ -87,3 +87,20 @@ def test_draws_scatter_as_the_intervals_say_without_the_lattice() -> None:
     z, h, _ = draws(tester, found, 4000, rng)
     assert np.cov(z.T) == pytest.approx(found.z_cov, abs=0.1 * float(found.z_cov.max()))
     assert h.std() == pytest.approx(float(np.sqrt(found.h_cov[0, 0])), rel=0.1)
+
+
+@pytest.mark.parametrize("unnamed", [0.1, 1.0])
+def test_draws_of_a_one_sided_magnitude_that_an_unnamed_error_shares_are_cut_off_as_its_mean_is(unnamed: float) -> None:
+    """One in five was negative: only the member's own part was drawn anew, not the whole that is its size."""
+    first, rng = system(0), np.random.default_rng(1)
+    columns = first.columns.copy()
+    columns[:, first.at["unnamed"]] = columns[:, first.at["e1"]]
+    columns[:, 0] = rng.standard_normal(POINTS)
+    tester = ModelTester(replace(first, columns=columns), known(np.array([0.01])), unnamed=(unnamed,))
+    found = tester.model(models(one_sided=True)["e1"])
+    z, h, _ = draws(tester, found, 4000, np.random.default_rng(0))
+    sd = float(np.sqrt(found.h_cov[0, 0]))
+    assert h.min() >= 0.0
+    assert h.mean() == pytest.approx(found.h[0], abs=0.1 * sd)
+    assert h.std() == pytest.approx(sd, rel=0.1)
+    assert z.mean(axis=0) == pytest.approx(found.z[:2], abs=0.1 * np.sqrt(found.z_cov.max()))
