@@ -17,8 +17,9 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.calibration import Calibrator
-from birdstrike.inversion.estimation.coordinates import parameter_coordinates, parameter_space
+from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.posterior import sample
@@ -167,7 +168,7 @@ def _network(bench: KnownCase, record: Observations, trainer: str) -> Array:
 
 def _solver_in_the_loop(bench: KnownCase, record: Observations) -> tuple[Array, int]:
     """Trust-region least squares from the middle of the ranges; runs counted, the campaign not among them."""
-    space, runs = parameter_space(bench.dataset), 0
+    space, runs = ParameterSpace.of_dataset(bench.dataset), 0
 
     def residual(z: Array) -> Array:
         nonlocal runs
@@ -189,7 +190,7 @@ def _row(
     seconds: float,
     bounds: dict[str, float] | None,
 ) -> MethodScore:
-    names, space = bench.dataset.names, parameter_space(bench.dataset)
+    names, space = bench.dataset.names, ParameterSpace.of_dataset(bench.dataset)
     truth = np.array([bench.truth[name] for name in names])
     errors = bench.dataset.named(np.abs(space.to_unit(theta) - space.to_unit(truth)))
     unit = np.concatenate([np.full(len(c.times), NOISES[1] * bench.size(c.name)) for c in record.channels])

@@ -183,8 +183,8 @@ def draw_projections(design: Design, path: Path) -> None:
     from birdstrike.reports.figures.design import design_figure
     from birdstrike.reports.figures.quantities import symbol
 
-    box, nobody = (design.space.lows, design.space.highs), design.numbers < 0
-    figure = design_figure([symbol(name) for name in design.names], design.units, design.values, *box, nobody, {})
+    names, nobody = [symbol(name) for name in design.names], design.numbers < 0
+    figure = design_figure(names, design.space, design.values, nobody, {})
     with whole_file(path) as temporary:
         figure.savefig(temporary, format="svg")
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.case.case import Case, Parameter
@@ -48,10 +49,20 @@ class ParameterSpace:
         """The box that a case names; UserError when it names none, with an example of its own model."""
         return cls.of(case.parameters(), example_parameter(case))
 
+    @classmethod
+    def of_dataset(cls, dataset: Dataset) -> ParameterSpace:
+        """The box that a campaign's runs lie in."""
+        return cls(dataset.names, dataset.units, dataset.lows, dataset.highs, dataset.scales)
+
     @property
     def logarithmic(self) -> np.ndarray:
         """(k,) bool."""
         return np.array([scale == "logarithmic" for scale in self.scales or ("linear",) * len(self.names)])
+
+    @property
+    def middle(self) -> Array:
+        """(k,) SI, of every range in its scale."""
+        return self.to_physical(np.full(len(self.names), 0.5))
 
     def to_physical(self, unit: Array) -> Array:
         """(n, k) fractions of the ranges, each in its scale -> (n, k) SI values."""

@@ -70,11 +70,6 @@ class Coordinates:
         return self.unlimited(np.eye(len(self.basis))) - self.unlimited(np.zeros(len(self.basis)))
 
 
-def parameter_space(dataset: Dataset) -> ParameterSpace:
-    """The ranges of a campaign's parameters, each in its scale."""
-    return ParameterSpace(dataset.names, dataset.units, dataset.lows, dataset.highs, dataset.scales)
-
-
 def parameter_coordinates(
     dataset: Dataset, regions: tuple[Region, ...], stated: Mapping[str, Prior] | None = None
 ) -> Coordinates:
@@ -83,7 +78,7 @@ def parameter_coordinates(
     The prior is normal in that scale, so that a parameter that spans decades is treated as its logarithm, as it is in a
     diagnosis and in a calibration of models.
     """
-    space = parameter_space(dataset)
+    space = ParameterSpace.of_dataset(dataset)
     boxes = tuple(Box(space.to_unit(r.lows), space.to_unit(r.highs), r.flat, r.lows, r.highs) for r in regions)
     prior, k = NormalPrior.of(stated or {}, space), len(dataset.names)
     if space.logarithmic.any():

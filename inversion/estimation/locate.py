@@ -20,7 +20,6 @@ from birdstrike.inversion.estimation.coordinates import (
     Coordinates,
     carried_coordinates,
     parameter_coordinates,
-    parameter_space,
 )
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import Columns, error_columns, poor
@@ -223,7 +222,7 @@ def design_figures(dataset: Dataset) -> DesignFigures:
 
 def _judged(dataset: Dataset) -> tuple[Quality, ParameterSpace]:
     """Quality of the smooth runs, and the space in whose scale it is so, as run-doe judges a design."""
-    space = parameter_space(dataset)
+    space = ParameterSpace.of_dataset(dataset)
     return weakest_quality(space.to_unit(dataset.parameters[dataset.smooth]), space)
 
 
@@ -260,12 +259,16 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
 
 
 def _gaps(emulator: Emulator, dataset: Dataset, i: int) -> list[tuple[float, float]]:
-    """Stretches of parameter i's range that no region of the emulator covers."""
-    low, high = float(dataset.lows[i]), float(dataset.highs[i])
+    """Stretches of parameter i's range that no region of the emulator covers, in whose scale they are worth saying."""
+    space, low, high = ParameterSpace.of_dataset(dataset), float(dataset.lows[i]), float(dataset.highs[i])
     gaps: list[tuple[float, float]] = []
     reached = low
     for start, end in sorted({(float(r.lows[i]), float(r.highs[i])) for r in emulator.regions}):
         gaps.append((reached, start))
         reached = max(reached, end)
     gaps.append((reached, high))
-    return [(a, b) for a, b in gaps if b - a > WORTH_SAYING * (high - low)]
+
+    def place(value: float) -> float:
+        return float(space.to_unit(np.full(len(space.names), value))[i])
+
+    return [(a, b) for a, b in gaps if place(b) - place(a) > WORTH_SAYING]

@@ -25,8 +25,8 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.calibration import Mode
-from birdstrike.inversion.estimation.coordinates import parameter_space
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.whitening import principal
 from birdstrike.inversion.forward import Forward, watched
@@ -243,11 +243,11 @@ class CorrectedCampaign:
 
     def _place(self, theta: Array) -> Array:
         """Fractions (k,) of the ranges, each in its scale."""
-        return parameter_space(self.dataset).to_unit(theta)
+        return ParameterSpace.of_dataset(self.dataset).to_unit(theta)
 
     def _theta(self, z: Array) -> Array:
-        """Parameters (q, k) SI at fractions z (q, k) of the ranges."""
-        return parameter_space(self.dataset).to_physical(z)
+        """Parameters (q, k) SI at fractions z (q, k) of the ranges, each in its scale."""
+        return ParameterSpace.of_dataset(self.dataset).to_physical(z)
 
 
 @dataclass(frozen=True)
@@ -296,13 +296,13 @@ def correct_campaign(
     """
     begun, emulator = perf_counter(), fit_emulator(dataset, channels, seed)
     rows = np.flatnonzero(np.isin(dataset.runs, emulator.runs))
-    unit = parameter_space(dataset).to_unit(dataset.parameters)
-    chosen = rows[list(spread(unit[rows])[:FINE_RUNS])]
+    places = ParameterSpace.of_dataset(dataset).to_unit(dataset.parameters)
+    chosen = rows[list(spread(places[rows])[:FINE_RUNS])]
     finished, curves = _fine_runs(dataset, fine, chosen, channels, progress)
-    z = unit[finished]
+    z = places[finished]
     differences = curves - stacked_curves(emulator, dataset.parameters[finished], channels)
     correction = MeshCorrection.fit(z, differences, len(channels), seed)
-    parts = np.split(correction.at(unit), len(channels), axis=1)
+    parts = np.split(correction.at(places), len(channels), axis=1)
     own = {name: dataset.curves[name] + part for name, part in zip(channels, parts, strict=True)}
     mesh_file = unrefined_file(case)
     figures = MeshCorrectionFigures(

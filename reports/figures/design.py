@@ -10,22 +10,26 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.reports.figures.quantities import labelled, shown
 from birdstrike.reports.figures.style import BLUE, GREY, VERMILION, styled
+
+AIR = 0.06  # of a range, beyond its ends
 
 
 @styled
 def design_figure(
     names: Sequence[str],
-    units: Sequence[str],
+    space: ParameterSpace,
     values: Array,
-    lows: Array,
-    highs: Array,
     held_out: NDArray[np.bool_],
     limits: Mapping[int, float],
 ) -> Figure:
-    """`values` (n, k) SI with box `lows`..`highs` (k,); `held_out` (n,) bool; `limits`: column -> activity limit SI."""
-    k = len(names)
+    """`values` (n, k) SI in the box of `space`, each axis in the scale of its range; names: labels of the axes.
+
+    held_out: (n,) bool; limits: column -> activity limit SI.
+    """
+    k, units = len(names), space.units
     figure = Figure(figsize=(7.0, 1.9 * max(k - 1, 1) + 0.7), layout="constrained")
     grid = figure.subplots(max(k - 1, 1), max(k - 1, 1), sharex="col", sharey="row", squeeze=False)
     for row in range(1, k):
@@ -35,11 +39,11 @@ def design_figure(
                 axes.remove()
                 continue
             _projection(axes, values[:, [column, row]], (units[column], units[row]), held_out)
-            _box(axes, (lows, highs), (column, row), (units[column], units[row]), limits)
+            _box(axes, space, (column, row), limits)
             if column == 0:
-                axes.set_ylabel(labelled(names[row], shown(lows, units[row])[1]))
+                axes.set_ylabel(labelled(names[row], shown(space.lows, units[row])[1]))
             if row == k - 1:
-                axes.set_xlabel(labelled(names[column], shown(lows, units[column])[1]))
+                axes.set_xlabel(labelled(names[column], shown(space.lows, units[column])[1]))
     _legend(figure, grid[0, 0], bool(limits))
     return figure
 
@@ -51,18 +55,16 @@ def _projection(axes: Axes, pair: Array, units: tuple[str, str], held_out: NDArr
         axes.plot(x[held_out], y[held_out], "s", color=VERMILION, mfc="white", markersize=4.5, label="held-out run")
 
 
-def _box(
-    axes: Axes,
-    box: tuple[Array, Array],
-    columns: tuple[int, int],
-    units: tuple[str, str],
-    limits: Mapping[int, float],
-) -> None:
+def _box(axes: Axes, space: ParameterSpace, columns: tuple[int, int], limits: Mapping[int, float]) -> None:
     """The parameter box with a little air, and dashed lines where a parameter stops to act."""
-    for which, (column, unit) in enumerate(zip(columns, units, strict=True)):
-        low, high = (float(shown(side[column], unit)[0]) for side in box)
-        air = 0.06 * (high - low)
-        (axes.set_xlim if which == 0 else axes.set_ylim)(low - air, high + air)
+    ends = space.to_physical(np.array([[-AIR], [1.0 + AIR]]))
+    for which, column in enumerate(columns):
+        unit = space.units[column]
+        low, high = shown(ends[:, column], unit)[0]
+        if space.logarithmic[column]:  # symlog also draws a range below 0
+            set_scale = axes.set_xscale if which == 0 else axes.set_yscale
+            set_scale("symlog", linthresh=min(abs(low), abs(high)))
+        (axes.set_xlim if which == 0 else axes.set_ylim)(low, high)
         if column in limits:
             at = float(shown(np.asarray(limits[column]), unit)[0])
             (axes.axvline if which == 0 else axes.axhline)(at, color=GREY, linewidth=1.0, linestyle="--")

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.prediction.budget import SOURCES
-from birdstrike.reports.figures.quantities import milliseconds, shown
+from birdstrike.reports.figures.quantities import labelled, milliseconds, shown
 from birdstrike.reports.figures.style import (
     BLACK,
     BLUE,
@@ -39,9 +39,8 @@ def bands_figure(name: str, unit: str, time: Array, quantiles: Mapping[str, Arra
     on.plot(at, own["q50"], color=BLUE, label="median")
     if limit is not None:
         on.axhline(float(shown(time * 0.0 + limit, unit)[0][0]), color=BLACK, linestyle="--", label="limit")
-    label = name.replace("_", " ")
-    on.set_ylabel(f"{label} [{display or '–'}]")
-    on.set_xlabel("time [ms]")
+    on.set_ylabel(labelled(name, display))
+    on.set_xlabel("Time [ms]")
     legend_above(on)
     return figure
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from birdstrike.data.curves import shot_names
 from birdstrike.data.formatting import listing
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.storage.files import write_atomically
@@ -17,7 +18,7 @@ from birdstrike.reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECOR
 from birdstrike.reports.page.diagnosis import SECTIONS as DIAGNOSIS_SECTIONS
 from birdstrike.reports.page.diagnosis import in_report
 from birdstrike.reports.page.render import rendered
-from birdstrike.reports.results.measurement import named, origin, program_in, short_name
+from birdstrike.reports.results.measurement import named, origin, origins, program_in
 from birdstrike.reports.results.parts import Parts, find_parts
 from birdstrike.reports.results.reading import read_campaign, read_inversion, read_results
 from birdstrike.reports.results.results import Results, titled
@@ -195,16 +196,16 @@ def page(
 
 def _named(results: Results) -> str:
     """`the record shot7`, and of several shots `the records shot7 and shot8`."""
-    every = [results.record, *(one.record for one in results.later)]
-    return named(every[0]) if len(every) == 1 else f"the records {listing([short_name(one) for one in every])}"
+    every = results.records
+    return named(every[0]) if len(every) == 1 else f"the records {listing(shot_names(every))}"
 
 
 def _provenance(results: Results) -> str:
     """Whether the records are measured, and of several which are simulated."""
-    every = {short_name(one): one.simulated for one in (results.record, *(one.record for one in results.later))}
-    if len(every) == 1:
+    if len(results.records) == 1:
         return f"The record is {origin(results.record)}"
-    return provenance(list(every), [name for name, simulated in every.items() if simulated])
+    names = shot_names(results.records)
+    return provenance(names, [name for name, one in zip(names, results.records, strict=True) if one.simulated])
 
 
 def switches(results: Results, sections: Sequence[Section]) -> list[dict[str, str]]:
@@ -212,7 +213,7 @@ def switches(results: Results, sections: Sequence[Section]) -> list[dict[str, st
     pictures = (block for section in sections for block in section.blocks if isinstance(block, Picture))
     found = {key for picture in pictures for key in picture.switches}
     titles = {
-        RECORD: f"record ({origin(results.record)})",
+        RECORD: f"record ({origins(results.records)})",
         CAMPAIGN: "campaign's simulations",
         **{method: titled(method, results.case) for method in results.finished},
         **{key: model.title for key, model in results.models.items()},

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from birdstrike.data.curves import Measured
+from birdstrike.data.curves import Measured, shot_names
 from birdstrike.data.formatting import listing
 from birdstrike.data.histories import Array, farthest, side_of
 from birdstrike.doe.solvers import simulated_by
@@ -29,6 +30,14 @@ def origin(record: Measured) -> str:
         return "measured"
     made_by = next((found[1].strip() for line in record.provenance if (found := _MADE_BY.search(line))), "")
     return f"simulated by {made_by}" if made_by else "simulated, see its provenance"
+
+
+def origins(records: Sequence[Measured]) -> str:
+    """`origin` of the records of all shots: once where they have the same, else that of each by its name."""
+    every = [origin(one) for one in records]
+    if len(set(every)) == 1:
+        return every[0]
+    return ", ".join(f"{name} {own}" for name, own in zip(shot_names(records), every, strict=True))
 
 
 def program_in(folder: Path) -> str:

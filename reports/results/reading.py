@@ -90,13 +90,14 @@ def other_shots(inversion: Inversion) -> tuple[str, ...]:
     if len(inversion.shots) < 2 or inversion.best is None:
         return ()
     best = inversion.methods[inversion.best]
+    first = f"shot 1, {Path(inversion.shots[0].path).name}"
     return tuple(
-        f"{Path(shot.path).name} was inverted together with {Path(inversion.shots[0].path).name}, of which all figures "
-        f"are but the curves of {Path(shot.path).name} beside its verification; the {inversion.best}'s verification "
+        f"shot {number}, {Path(shot.path).name}, was inverted together with {first}: tables and figures are of shot 1, "
+        f"but for the curves of shot {number} beside its verification; the {inversion.best}'s verification "
         f"differs from it by {_errors(best, shot)}; its clock is "
         f"ahead of its simulation's by {signed_ms(shot.time_offset)} by its own fit; within noise and the emulator's "
         f"error the model {'can' if shot.inside else 'CANNOT'} produce its curve"
-        for shot in inversion.shots[1:]
+        for number, shot in enumerate(inversion.shots[1:], start=2)
     )
 
 

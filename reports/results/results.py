@@ -177,8 +177,13 @@ class InversionResults:
         return self.inversion.time_offset.value
 
     @property
+    def records(self) -> tuple[Measured, ...]:
+        """Of all shots that were inverted together, the first one's first."""
+        return self.record, *(one.record for one in self.later)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
-        """What the reader must know of the inversion, and which shots have no curves here."""
+        """What the reader must know of the inversion, and what is shown of shots other than the first."""
         return (*self.inversion.warnings, *self.other_shots)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.reports.blocks import Picture, Section, Table, drawing
 from birdstrike.reports.figures.design import design_figure
 from birdstrike.reports.figures.quantities import symbol
@@ -71,10 +72,8 @@ def _projections(results: CampaignResults) -> Picture:
     limits = {column: LIMIT for column, name in enumerate(last) if name in FEATURES}
     figure = design_figure(
         names=[symbol(name, dataset.names) for name in dataset.names],
-        units=dataset.units,
+        space=ParameterSpace.of_dataset(dataset),
         values=dataset.parameters,
-        lows=dataset.lows,
-        highs=dataset.highs,
         held_out=held_out,
         limits=limits,
     )

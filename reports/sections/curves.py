@@ -16,22 +16,26 @@ from birdstrike.reports.figures.curves import RecordCurve, VerifiedCurve, compar
 from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.results.findings import channel_error, offset_text, prior_text, worst_text
-from birdstrike.reports.results.measurement import origin, peak, peak_of, record_peak, record_position
+from birdstrike.reports.results.measurement import origin, origins, peak, peak_of, record_peak, record_position
 from birdstrike.reports.results.results import InversionResults, Results
 
 
 def section(results: Results) -> Section:
     """One comparison and one prior predictive for every channel of the record."""
     blocks = [make(results, channel) for channel in results.channels for make in (_comparison, _prior)]
-    title = f"The record ({origin(results.record)}) and the simulated curves"
+    title = f"{_records(results)} and the simulated curves"
     return Section("curves", title, (*blocks, *_of_later_shots(results)))
 
 
 def comparisons(results: InversionResults) -> Section:
     """The comparisons alone, where there is no campaign."""
-    title = f"The record ({origin(results.record)}) and the verification"
+    title = f"{_records(results)} and the verification"
     blocks = [_comparison(results, channel) for channel in results.channels]
     return Section("curves", title, (*blocks, *_of_later_shots(results)))
+
+
+def _records(results: InversionResults) -> str:
+    return f"The record{'s' if results.later else ''} ({origins(results.records)})"
 
 
 def _of_later_shots(results: InversionResults) -> list[Picture]:

@@ -44,7 +44,7 @@ def _made_from(results: Results) -> tuple[tuple[str, str], ...]:
         ("verification runs in the run store", ", ".join(f"{method}: {run}" for method, run in runs.items() if run)),
         *([("bird models' runs in models/runs", ", ".join(models))] if models else []),
         ("seed of the design", str(results.campaign["design"]["seed"])),
-        ("record", _named(results, results.record.path)),
+        ("record" if not results.later else "records", ", ".join(_named(results, one.path) for one in results.records)),
         ("folder", str(results.folder)),
         *((f"command of the {one.made}", one.line) for one in commands(results)),
     )

@@ -12,8 +12,8 @@ from scipy.stats import t as student
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import listing, many, plain, quantity
 from birdstrike.data.histories import Array
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.answers.estimates import OUTSIDE, reported
-from birdstrike.inversion.estimation.coordinates import parameter_space
 from birdstrike.inversion.estimation.prior import NormalPrior, identified
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.autocorrelation import correlated, neighbour_correlation
@@ -102,7 +102,7 @@ def network_estimates(dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, 
     limits = list(zip(dataset.lows.tolist(), dataset.highs.tolist(), strict=True))
     found = [_interval(dataset, fit, answer, i) if inside else (None, OUTSIDE) for i in range(len(limits))]
     ends = np.array([interval or whole for (interval, _), whole in zip(found, limits, strict=True)])
-    width = np.diff(parameter_space(dataset).to_unit(ends.T), axis=0)[0]
+    width = np.diff(ParameterSpace.of_dataset(dataset).to_unit(ends.T), axis=0)[0]
     narrow = identified(width, NormalPrior.of_ranges(len(limits)).width())
     estimates: dict[str, Estimate] = {}
     for i, (name, (interval, why)) in enumerate(zip(dataset.names, found, strict=True)):

@@ -23,14 +23,13 @@ def read(folder: Path) -> tuple[View]:
     dataset, case = load_dataset(folder), stored_case(folder)
     names = tuple(dataset.curves)
     emulator = fit_emulator(dataset, names)
-    scales = ParameterSpace.of_case(case).logarithmic
-    ranges = zip(dataset.names, dataset.units, dataset.lows, dataset.highs, scales, strict=True)
+    space = ParameterSpace.of_dataset(dataset)
+    ranges = zip(space.names, space.units, space.lows, space.highs, space.logarithmic, strict=True)
     parameters = [
         parameter(name, si, float(low), float(high), logarithmic=bool(log), among=dataset.names)
         for name, si, low, high, log in ranges
     ]
     sensors = [channel(n, dataset.channel_units[n], case.sensors[n].noise or None) for n in names]
-    middle = 0.5 * (dataset.lows + dataset.highs)
     view = View(
         title=f"Campaign of {len(dataset.runs)} runs",
         headline="No record has been compared yet.",
@@ -38,7 +37,7 @@ def read(folder: Path) -> tuple[View]:
         systems=[emulator_table(emulator)],
         shots=[{"name": CampaignFolder(folder).read_summary()["case_name"], "system": 0, "channels": sensors}],
         answers=[],
-        presets=[preset("middle of the ranges", middle.tolist())],
+        presets=[preset("middle of the ranges", space.middle.tolist())],
         runs=runs(dataset.parameters, dataset.time, dataset.curves),
         case=str(folder / "case.toml"),
     )

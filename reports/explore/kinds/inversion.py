@@ -11,6 +11,7 @@ import numpy as np
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.results.estimates import Answer, Estimate
 from birdstrike.inversion.results.fit import TimeOrigin
 from birdstrike.inversion.results.ingredients import SAME_INSTANT
@@ -41,13 +42,23 @@ def view_of(folder: Path, case: Path) -> View:
     theta, curves = read_runs(folder / "emulator.npz")
     best = inversion.best_answer
     estimates = best.parameters
+    lows, highs = np.array([inversion.ranges[name] for name in emulator.names]).T
+    units = tuple(estimates[name].unit for name in emulator.names)
+    space = ParameterSpace(emulator.names, units, lows, highs, emulator.scales)
     time, measured, _ = read_verification(folder / "verification.csv", best)
     return View(
         title="Calibration",
         headline=_headline(inversion, best),
         parameters=[
-            parameter(name, estimates[name].unit, *inversion.ranges[name], vars(estimates[name]), among=emulator.names)
-            for name in emulator.names
+            parameter(
+                name,
+                estimates[name].unit,
+                *inversion.ranges[name],
+                vars(estimates[name]),
+                logarithmic=bool(logarithmic),
+                among=emulator.names,
+            )
+            for name, logarithmic in zip(emulator.names, space.logarithmic, strict=True)
         ],
         systems=[emulator_table(emulator)],
         shots=[
@@ -61,7 +72,7 @@ def view_of(folder: Path, case: Path) -> View:
             }
         ],
         answers=[answer(name, estimates[name].unit, vars(estimates[name]), emulator.names) for name in emulator.names],
-        presets=[preset("calibrated", _point(inversion, estimates), {}, inversion.time_offset.value)],
+        presets=[preset("calibrated", _point(space, estimates), {}, inversion.time_offset.value)],
         runs=runs(theta, next(iter(emulator.channels.values())).time, curves),
         clock=_clock(inversion.time_offset),
         warnings=inversion.warnings,
@@ -97,11 +108,10 @@ def _sensor(inversion: Inversion, name: str, unit: str, time: Array, values: Arr
     return channel(name, unit, noise, own, label)
 
 
-def _point(inversion: Inversion, estimates: Mapping[str, Estimate]) -> list[float]:
-    """Where the answer stands: its values, and for a parameter without one the middle of its range."""
-    return [
-        float(0.5 * sum(inversion.ranges[name]) if one.value is None else one.value) for name, one in estimates.items()
-    ]
+def _point(space: ParameterSpace, estimates: Mapping[str, Estimate]) -> list[float]:
+    """Where the answer stands: its values, and for a parameter without one the middle of its range, in its scale."""
+    middle = dict(zip(space.names, space.middle, strict=True))
+    return [float(middle[name] if one.value is None else one.value) for name, one in estimates.items()]
 
 
 def _clock(origin: TimeOrigin) -> dict[str, Any] | None:

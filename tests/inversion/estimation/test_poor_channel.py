@@ -132,6 +132,16 @@ def test_its_error_goes_with_the_records_clock(both: tuple[Dataset, Emulator]) -
     assert np.abs(taken - truth_of).max() < 0.25 * np.abs(errors(there, 0.0) - truth_of).max()
 
 
+def test_a_decade_without_runs_is_told_of_a_logarithmic_range(both: tuple[Dataset, Emulator]) -> None:
+    """The lowest of four decades is a thousandth of the range, of which 1 % is worth saying."""
+    dataset, emulator = both
+    lowest, tenfold = (np.append(share * HIGHS[0], LOWS[1:]) for share in (1e-4, 1e-3))
+    seen = replace(dataset, lows=lowest, scales=("logarithmic", *["linear"] * 3))
+    box = replace(emulator.regions[0], lows=tenfold, highs=HIGHS)
+    first, _ = emulator_warnings(replace(emulator, regions=(box,)), seen)
+    assert first == "peak 0.0007 .. 0.007 mm: too few smooth runs stand there, so no answer is sought there"
+
+
 def test_several_channels_that_are_predicted_poorly_are_one_warning(both: tuple[Dataset, Emulator]) -> None:
     """Seven warnings that differed by the channel's name stood above the report's first table."""
     dataset, emulator = both

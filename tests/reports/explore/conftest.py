@@ -27,13 +27,14 @@ TIME = np.linspace(0.0, 0.9e-3, 91)
 
 
 def rig() -> Case:
-    """Three parameters: viscosity shapes the curves, the cutoff hardly, erosion not at all."""
+    """Three parameters: viscosity shapes the curves, by its logarithm; the cutoff hardly, erosion not at all."""
     ranges = {
         "viscosity": ("100 Pa s", "1000 Pa s"),
         "pressure_cutoff": ("-1.2 MPa", "-0.1 MPa"),
         "tension_erosion": (0.4, 1.8),
     }
     sought = {f"bird.material.{name}": {"range": list(ends)} for name, ends in ranges.items()}
+    sought["bird.material.viscosity"]["scale"] = "logarithmic"
     inversion = {"parameters": sought, "nuisance": {"time_offset": "0.01 ms"}}
     return case_from_table({**tiny().table, "inversion": inversion}, "rig")
 

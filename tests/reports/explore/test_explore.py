@@ -261,6 +261,7 @@ def test_a_sensor_that_the_page_has_not_is_named(browser: Browser, page: Path) -
 
 
 def test_mouse_finger_and_keys_move_a_slider(browser: Browser, page: Path) -> None:
+    """Of the viscosity, whose range is logarithmic: so is its slider."""
     browser.open(page)
     place = browser.run(
         "(() => { const box = document.querySelectorAll('#sliders input[type=range]')[0].getBoundingClientRect(); "
@@ -271,11 +272,14 @@ def test_mouse_finger_and_keys_move_a_slider(browser: Browser, page: Path) -> No
     browser.mouse("mousePressed", left + 0.5 * width, middle, pressed=True)
     browser.mouse("mouseMoved", left + 0.8 * width, middle, pressed=True)
     browser.mouse("mouseReleased", left + 0.8 * width, middle)
-    by_mouse = browser.run(value)
     low, high = browser.run("(({low, high}) => [low, high])(window.explore.state.view.parameters[0])")
-    assert (by_mouse - low) / (high - low) == pytest.approx(0.8, abs=0.03)
+
+    def share() -> float:
+        return float(np.log(browser.run(value) / low) / np.log(high / low))
+
+    assert (by_mouse := share()) == pytest.approx(0.8, abs=0.03)
     browser.press("ArrowLeft", 37)
-    assert browser.run(value) == pytest.approx(by_mouse - 0.01 * (high - low), rel=1e-9)
+    assert share() == pytest.approx(by_mouse - 0.01, rel=1e-9)
     browser.resize(360, 740, touch=True)
     left, middle, width = browser.run(
         "(() => { const slider = document.querySelectorAll('#sliders input[type=range]')[0]; "
@@ -285,7 +289,7 @@ def test_mouse_finger_and_keys_move_a_slider(browser: Browser, page: Path) -> No
     browser.touch("touchStart", (left + 0.6 * width, middle))
     browser.touch("touchMove", (left + 0.3 * width, middle))
     browser.touch("touchEnd")
-    assert (browser.run(value) - low) / (high - low) == pytest.approx(0.3, abs=0.05)
+    assert share() == pytest.approx(0.3, abs=0.05)
 
 
 def test_what_is_copied_makes_the_point_in_the_solver(browser: Browser, page: Path, loop: Path, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.mesh_convergence.grid_convergence import grid_convergence
 from birdstrike.inversion.observations.reader import HELD
 from birdstrike.reports.comparison.end_state import impulse
@@ -63,16 +64,22 @@ def prior() -> Figure:
 
 def design() -> Figure:
     lows, highs = np.array([-1.25e6, 0.0, 0.05]), np.array([-5e4, 1500.0, 1.25])
-    values = lows + (highs - lows) * np.random.default_rng(0).random((25, 3))
-    return design_figure(
-        ("PC", "MU", "TEROD"), ("Pa", "Pa s", ""), values, lows, highs, np.arange(25) % 5 == 0, {2: 1.0}
-    )
+    names = ("PC", "MU", "TEROD")
+    space = ParameterSpace(names, ("Pa", "Pa s", ""), lows, highs)
+    values = space.to_physical(np.random.default_rng(0).random((25, 3)))
+    return design_figure(names, space, values, np.arange(25) % 5 == 0, {2: 1.0})
 
 
 def small_design() -> Figure:
     """Of two parameters: its only axes leave no room for a legend."""
-    values = np.random.default_rng(0).random((25, 2))
-    return design_figure(("PC", "MU"), ("Pa", "Pa s"), values, np.zeros(2), np.ones(2), np.arange(25) % 5 == 0, {})
+    return logarithmic_design(np.random.default_rng(0).random((25, 2)))
+
+
+def logarithmic_design(unit: np.ndarray) -> Figure:
+    """Over three decades of each, one below 0."""
+    lows, highs = np.array([-1e6, 1.0]), np.array([-1e3, 1e3])
+    space = ParameterSpace(("PC", "MU"), ("Pa", "Pa s"), lows, highs, ("logarithmic",) * 2)
+    return design_figure(space.names, space, space.to_physical(unit), np.arange(len(unit)) % 5 == 0, {})
 
 
 def parameters() -> Figure:
@@ -381,3 +388,13 @@ def test_a_drawn_order_that_is_not_the_observed_one_is_told() -> None:
     assert capped.order > 3.0
     assert order_words(capped) == f", observed order {capped.order:.2f}; curve: order {capped.order_used:.3g}"
     assert order_words(grid_convergence([1.0, 2.0, 4.0], [1.0, 2.0, 1.0])) == ""
+
+
+def test_runs_over_decades_are_spread_over_the_picture_as_over_their_ranges() -> None:
+    """On linear axes nine of ten runs lay in a tenth of the box."""
+    unit = np.random.default_rng(0).random((25, 2))
+    (axes,) = logarithmic_design(unit).axes
+    for line, held in zip(axes.get_lines()[:2], (False, True), strict=True):
+        drawn = axes.transLimits.transform(axes.transScale.transform(line.get_xydata()))
+        wanted = (unit[(np.arange(25) % 5 == 0) == held] + 0.06) / 1.12
+        np.testing.assert_allclose(drawn, wanted, atol=1e-6)

@@ -19,6 +19,7 @@ from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.reports.blocks import Picture
 from birdstrike.reports.export.exported import read_export
+from birdstrike.reports.page.page import page
 from birdstrike.reports.results.measurement import residual
 from birdstrike.reports.results.reading import read_results
 from birdstrike.reports.sections.curves import comparisons
@@ -49,10 +50,26 @@ def test_the_page_shows_the_first_shot_and_names_the_other(two_shots: Path) -> N
     (told,) = results.other_shots
     assert told in results.warnings
     text = page_of(two_shots).read_text(encoding="utf-8")
-    assert "shot8.csv was inverted together with shot7.csv" in text
+    assert "shot 2, shot8.csv, was inverted together with shot 1, shot7.csv: tables and figures are of shot 1" in text
+    assert "6 The records (shot7 measured, shot8 simulated by a formula) and the simulated curves" in text
+    assert ">records</td><td>shot7.csv, shot8.csv</td>" in text
     assert "parameters from the records shot7 and shot8" in text
     assert "The record of shot8 is simulated, not measured" in text, "the page called the record measured"
     assert "@2" not in " ".join(words for tag in ("p", "li", "td", "figcaption") for words in Page(text).text[tag])
+
+
+def test_records_whose_files_have_one_name_are_told_apart(two_shots: Path) -> None:
+    """The page called both measured where the second was simulated, of two files record.csv in folders of their own."""
+    results = read_results(two_shots)
+    (other,) = results.later
+    alike = replace(
+        results,
+        record=replace(results.record, path="a/record.csv"),
+        later=(replace(other, record=replace(other.record, path="b/record.csv")),),
+    )
+    html = page(alike, makers=())
+    assert "parameters from the records record_1 and record_2" in html
+    assert "The record of record_2 is simulated, not measured" in html
 
 
 def test_the_curves_of_the_other_shot_stand_below_those_of_the_first(two_shots: Path) -> None:
