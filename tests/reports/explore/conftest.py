@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +34,9 @@ def rig() -> Case:
         "pressure_cutoff": ("-1.2 MPa", "-0.1 MPa"),
         "tension_erosion": (0.4, 1.8),
     }
-    sought = {f"bird.material.{name}": {"range": list(ends)} for name, ends in ranges.items()}
+    sought: dict[str, dict[str, Any]] = {
+        f"bird.material.{name}": {"range": list(ends)} for name, ends in ranges.items()
+    }
     sought["bird.material.viscosity"]["scale"] = "logarithmic"
     inversion = {"parameters": sought, "nuisance": {"time_offset": "0.01 ms"}}
     return case_from_table({**tiny().table, "inversion": inversion}, "rig")
