@@ -161,8 +161,8 @@ def close_the_loop(
     from birdstrike.doe.campaign.run import retry_before
     from birdstrike.doe.campaign.worker import worker_count
     from birdstrike.doe.designs.registry import refuse_seed
-    from birdstrike.inversion.diagnosis.inference.bird_scatter import birds_apart
-    from birdstrike.inversion.diagnosis.records import read_records
+    from birdstrike.inversion.diagnosis.diagnose import read_records
+    from birdstrike.inversion.diagnosis.inference.hypotheses import birds_apart
     from birdstrike.inversion.observations.expected import Expected
     from birdstrike.inversion.observations.reader import read_record
     from birdstrike.solver.case.case import as_case

@@ -18,8 +18,8 @@ from numpy.random import Generator
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.inference.hypotheses import family_of
-from birdstrike.inversion.diagnosis.preparation.instrument import beside_declared, with_faults
 from birdstrike.inversion.diagnosis.preparation.plan import OTHER_LATTICE, library
+from birdstrike.inversion.diagnosis.preparation.shots import beside_declared, with_faults
 from birdstrike.inversion.labels import label_parts
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw

@@ -14,10 +14,9 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import estimate
-from birdstrike.inversion.diagnosis.inference.fit import Fit
+from birdstrike.inversion.diagnosis.inference.evidence import draws
 from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect, Hypothesis
-from birdstrike.inversion.diagnosis.inference.posterior import draws
-from birdstrike.inversion.diagnosis.inference.ranking import Ranking
+from birdstrike.inversion.diagnosis.inference.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.preparation.responses import Response
 from birdstrike.inversion.diagnosis.preparation.setup import Setup
 from birdstrike.inversion.diagnosis.preparation.shots import Shot, setups_of

@@ -12,32 +12,37 @@ from threadpoolctl import threadpool_limits
 
 from birdstrike.data.progress import Display, no_display
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
-from birdstrike.inversion.diagnosis.conclusions.alarm import ALPHA, alarm, required_discrepancy
+from birdstrike.inversion.diagnosis.conclusions.alarm import (
+    ALPHA,
+    alarm,
+    gain,
+    minimum_detectable,
+    required_discrepancy,
+)
 from birdstrike.inversion.diagnosis.conclusions.answer import (
+    at_search_limit,
     curves,
     discrepancy_figures,
     effect_figures,
     held_out_figures,
-    noise_figures,
-    pair_figures,
-    simulation_counts,
-    something_else_figures,
-    state,
-    verdict_of,
-)
-from birdstrike.inversion.diagnosis.conclusions.answer_warnings import (
-    at_search_limit,
     held_out_record_is_worse,
     input_warnings,
     is_fault,
+    noise_figures,
     not_explained,
+    pair_figures,
     predicts_no_better,
     sensors_left_out,
+    simulation_counts,
+    something_else_figures,
+    state,
     too_close,
+    verdict_of,
     without_baseline,
 )
 from birdstrike.inversion.diagnosis.conclusions.baseline import (
     Baselines,
+    Birds,
     baseline_shapes,
     larger_shapes,
     mesh_shapes,
@@ -51,14 +56,16 @@ from birdstrike.inversion.diagnosis.conclusions.before_and_after import (
     predicted_parts,
     run_at,
 )
-from birdstrike.inversion.diagnosis.conclusions.birds import Birds
 from birdstrike.inversion.diagnosis.conclusions.next_measurement import propose
-from birdstrike.inversion.diagnosis.conclusions.power import gain, minimum_detectable
 from birdstrike.inversion.diagnosis.conclusions.solver_update import update
-from birdstrike.inversion.diagnosis.inference.bird_scatter import AUTO, birds_apart
-from birdstrike.inversion.diagnosis.inference.fit import Problem, likelier
-from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING, candidate_effects, hypotheses
-from birdstrike.inversion.diagnosis.inference.ranking import Assessment, Ranking, rank
+from birdstrike.inversion.diagnosis.inference.hypotheses import (
+    AUTO,
+    NOTHING,
+    birds_apart,
+    candidate_effects,
+    hypotheses,
+)
+from birdstrike.inversion.diagnosis.inference.ranking import Assessment, Problem, Ranking, likelier, rank
 from birdstrike.inversion.diagnosis.inference.system import Options as SystemOptions
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.preparation.discrepancy import Amplitudes, beside_baselines, unknown_or_stated
@@ -89,7 +96,7 @@ class DiagnosisOptions:
 
     alpha: rate of false alarms; runs: of the coarse campaign; refine: runs of it that may be added near the fits, or
     "auto"; retry: see Runner; check: whether the solver is run at the fits before and after; baseline_bird: what is
-    known of the bird of a baseline beside the shot's, one of `bird_scatter.BIRDS`, or `auto`, with which the records
+    known of the bird of a baseline beside the shot's, one of `hypotheses.BIRDS`, or `auto`, with which the records
     decide; magnitude_scale, remainder_scale, parameter_length: the priors, for a sensitivity study.
     """
 

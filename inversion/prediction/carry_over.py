@@ -16,7 +16,7 @@ import numpy as np
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing, quantity
 from birdstrike.inversion.conditions import same_structure
-from birdstrike.inversion.diagnosis.preparation.instrument import instrument_effects
+from birdstrike.inversion.diagnosis.preparation.shots import instrument_effects
 from birdstrike.inversion.prediction.distance import other_rig
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt
 from birdstrike.solver.case.case import Case

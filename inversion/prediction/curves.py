@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array, side_of
-from birdstrike.inversion.diagnosis.preparation.instrument import fault_named
+from birdstrike.inversion.diagnosis.preparation.shots import fault_named
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.campaign import Campaign
 from birdstrike.inversion.prediction.carry_over import ANEW, Carried, same_sensor

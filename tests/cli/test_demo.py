@@ -10,8 +10,8 @@ from birdstrike.cli.app import app
 from birdstrike.cli.close_the_loop import diagnosis_lines
 from birdstrike.data.curves import read_measured
 from birdstrike.data.paths import resolve_measured
+from birdstrike.inversion.diagnosis.diagnose import read_records
 from birdstrike.inversion.diagnosis.preparation.plan import meshes
-from birdstrike.inversion.diagnosis.records import read_records
 from birdstrike.inversion.results.diagnosis import ShotStates
 from birdstrike.loop import answer_of, stated_truth
 from birdstrike.solver.case.case import case_hash, load_case

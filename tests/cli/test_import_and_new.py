@@ -12,7 +12,7 @@ from birdstrike import new
 from birdstrike.cli.app import app
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError
-from birdstrike.inversion.diagnosis.records import read_records
+from birdstrike.inversion.diagnosis.diagnose import read_records
 from birdstrike.solver.case.case import load_case
 
 

@@ -13,7 +13,7 @@ from birdstrike.cli.app import app
 from birdstrike.cli.import_curve import import_curve
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import MeasuredError, UserError
-from birdstrike.inversion.diagnosis.records import read_records
+from birdstrike.inversion.diagnosis.diagnose import read_records
 from birdstrike.inversion.observations.before_contact import FEWEST_FOR_LEVEL
 from tests.inversion.stand_in import pulse, truth
 

@@ -12,7 +12,7 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.inversion.conditions import parts_of_one_shot, same_structure
 from birdstrike.inversion.diagnosis.conclusions.baseline import unfit
-from birdstrike.inversion.diagnosis.records import apart
+from birdstrike.inversion.diagnosis.diagnose import apart
 from birdstrike.inversion.prediction.distance import other_rig
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.write import copy_case

@@ -1,5 +1,5 @@
 """What follows from a ranking: alarm, verdict, the error before and after, and the measurement to take next.
 
 Enters: a `Ranking` and its shots. Leaves: the parts of a `Diagnosis`. Read `baseline`, `solver_update`,
-`alarm`, `birds`, `power`, `next_measurement`, `before_and_after`, `answer`, `answer_warnings`.
+`alarm`, `next_measurement`, `before_and_after`, `answer`.
 """

@@ -1,9 +1,13 @@
-"""Baseline shots: what their residuals tell of the discrepancy, and what is wrong with a baseline that cannot serve."""
+"""Baseline shots: what their residuals tell of the discrepancy, and what is wrong with a baseline that cannot serve.
+
+Whether the birds of all shots are of one recipe: what was stated, what the records say, and what follows.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -13,8 +17,8 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import same_structure
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import rms_by_channel
-from birdstrike.inversion.diagnosis.inference.fit import Fit, Problem
-from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
+from birdstrike.inversion.diagnosis.inference.hypotheses import AUTO, BIRDS, CONTRADICTED, NOTHING
+from birdstrike.inversion.diagnosis.inference.ranking import Fit, Problem, Ranking
 from birdstrike.inversion.diagnosis.preparation.discrepancy import (
     UNCLEAN,
     Amplitudes,
@@ -24,6 +28,7 @@ from birdstrike.inversion.diagnosis.preparation.discrepancy import (
 )
 from birdstrike.inversion.diagnosis.preparation.setup import Setup
 from birdstrike.inversion.diagnosis.preparation.shots import Shot, read_shot
+from birdstrike.inversion.results.diagnosis import of_another_bird
 from birdstrike.solver.case.case import Case
 
 TRUNCATED = 0.6  # of the simulated time: a shorter baseline says nothing of the rest
@@ -154,3 +159,63 @@ def residual_rms(shot: Shot, fit: Fit) -> dict[str, float]:
     curve = shot.sample(shot.setup.grid(fit.places.z[shot.name][None]))[0]
     residual = shot.record.values - curve
     return rms_by_channel(shot, residual)
+
+
+@dataclass(frozen=True)
+class Birds:
+    """What is known of the birds.
+
+    stated: one of `BIRDS`, or `auto`; several: whether there are shots whose birds may differ, baselines included.
+    """
+
+    ranking: Ranking
+    stated: str
+    several: bool
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the records make what is stated of the birds unlikely."""
+        return self.several and self.stated != AUTO and self.ranking.birds[self.stated] < CONTRADICTED
+
+    @property
+    def same(self) -> float | None:
+        """Probability that the birds of all shots, baselines included, are one; None of a single shot.
+
+        0 where the records contradict what was stated of them: an answer on a wrong premise attributes nothing.
+        """
+        if not self.several:
+            return None
+        return 0.0 if self.contradicted else self.ranking.same_bird
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """`baseline.bird` of diagnosis.json."""
+        return {"stated": self.stated, "records": self.ranking.birds, "contradicted": self.contradicted}
+
+    @property
+    def warnings(self) -> list[str]:
+        """Where the birds are not what was stated, or not one, so that nothing is attributed."""
+        stated = self.stated
+        if not self.several:
+            if stated == AUTO:
+                return []
+            return [
+                f"the birds are stated to be alike or not ({stated}), but there is a single shot: the statement has no "
+                "effect; pass the record of the clean shot with --baseline"
+            ]
+        if self.contradicted:
+            birds = self.ranking.birds
+            likeliest = max(BIRDS, key=lambda name: birds[name])
+            return [
+                f"the records contradict what was stated of the birds ({stated}: probability {birds[stated]:.2g}; "
+                f"{likeliest}: {birds[likeliest]:.2f}): the effects rest on a wrong premise, so that none is "
+                "attributed; check the birds of all shots, or leave --baseline-bird at auto"
+            ]
+        if not of_another_bird(self.same):
+            return []
+        known = "as stated" if stated != AUTO else f"probability that they are: {self.ranking.same_bird:.2g}"
+        return [
+            f"the birds of the shots and baselines are not of one recipe ({known}): model error changes with the bird "
+            "and may be taken for an effect, so that an alarm means little and none is attributed; fire a baseline "
+            "with a bird of the shot's own recipe"
+        ]

@@ -17,12 +17,11 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.data.units import quantity_text
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
-from birdstrike.inversion.diagnosis.inference.fit import Fit, Problem, each
 from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect, Hypothesis
+from birdstrike.inversion.diagnosis.inference.ranking import Fit, Problem, each
 from birdstrike.inversion.diagnosis.inference.system import build
-from birdstrike.inversion.diagnosis.preparation.instrument import beside_declared, with_faults
 from birdstrike.inversion.diagnosis.preparation.setup import stack
-from birdstrike.inversion.diagnosis.preparation.shots import LATEST_SHIFT, Record, Shot
+from birdstrike.inversion.diagnosis.preparation.shots import LATEST_SHIFT, Record, Shot, beside_declared, with_faults
 from birdstrike.inversion.labels import label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.solver.case.case import Case

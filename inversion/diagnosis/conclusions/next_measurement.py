@@ -21,8 +21,8 @@ from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
 from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
 from birdstrike.inversion.diagnosis.inference.linearisation import Places
 from birdstrike.inversion.diagnosis.inference.ranking import Ranking
-from birdstrike.inversion.diagnosis.preparation.candidate_sensors import PREFIX
 from birdstrike.inversion.diagnosis.preparation.discrepancy import repeatability, shape_of, started
+from birdstrike.inversion.diagnosis.preparation.plan import PREFIX
 from birdstrike.inversion.diagnosis.preparation.setup import stack
 from birdstrike.inversion.diagnosis.preparation.shots import Shot, responses_of
 from birdstrike.inversion.labels import in_words, label_parts

@@ -18,9 +18,8 @@ from scipy.spatial.distance import cdist
 from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import misfit, predicted
-from birdstrike.inversion.diagnosis.inference.fit import Fit, Problem
 from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING, CandidateEffect, candidate_effects
-from birdstrike.inversion.diagnosis.inference.ranking import Ranking, within
+from birdstrike.inversion.diagnosis.inference.ranking import Fit, Problem, Ranking, within
 from birdstrike.inversion.diagnosis.preparation.plan import levels
 from birdstrike.inversion.diagnosis.preparation.responses import Change, Response
 from birdstrike.inversion.diagnosis.preparation.setup import Setup, make_setup, stack
@@ -42,7 +41,7 @@ CANDIDATES = 400  # places near a fit among which the next run of the campaign i
 REACH = 2.0  # standard deviations of a fit
 MISFIT_WITHOUT_EFFECT = 2.0
 """Times all errors: a shot from which a fit without an effect is farther needs one. A model without one that is right
-leaves more in at most 4.6 % of the shots (`answer_warnings.MISFIT_ATTRIBUTED`)."""
+leaves more in at most 4.6 % of the shots (`answer.MISFIT_ATTRIBUTED`)."""
 DIGITS = 3  # of a magnitude and of a place: the last ones of a fit differ from call to call, and each is another run
 NEAR = 0.3  # of a magnitude: within it of one that was simulated the response is interpolated
 

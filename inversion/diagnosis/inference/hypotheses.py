@@ -3,6 +3,8 @@
 none: 1/2. The other half: pairs and something else at stated shares, the rest equally among families, then among a
 family's effects, then among an effect's sensors, sets of nodes and shots. Equal shares at each level are the
 maximum-entropy choice for who knows only the taxonomy (Jaynes, Probability Theory, 2003, ch. 11-12).
+
+How far the birds of several shots lie apart: what the user states of them, and what the records may show.
 """
 
 from __future__ import annotations
@@ -14,13 +16,31 @@ from types import MappingProxyType
 
 import numpy as np
 
+from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.preparation.instrument import InstrumentEffect, instrument_effects
 from birdstrike.inversion.diagnosis.preparation.responses import Response
-from birdstrike.inversion.diagnosis.preparation.shots import Shot, responses_of
+from birdstrike.inversion.diagnosis.preparation.shots import InstrumentEffect, Shot, instrument_effects, responses_of
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.registry import effect_named, effects, kind_of
+
+BIRDS = {"same": 0.02, "recipe": 0.1, "other": 1.0}
+"""Prior standard deviations by which the parameters of a shot's bird lie off what the shots share: birds of one batch;
+birds cast by one recipe, which scatter by a tenth of what is known of a recipe beforehand; birds of which one says
+nothing of the other. Each is as likely as the others unless the user states which it is."""
+BIRDS_APART = tuple(BIRDS.values())
+AUTO = "auto"
+CONTRADICTED = 0.05  # probability by the records below which a stated bird is contradicted by them
+
+
+def birds_apart(stated: str) -> tuple[float, ...]:
+    """The possibilities that a stated bird leaves: all of them for `auto`; raises UserError for an unknown word."""
+    if stated == AUTO:
+        return BIRDS_APART
+    if stated not in BIRDS:
+        raise UserError(f'baseline_bird = "{stated}" is unknown; available: {", ".join((AUTO, *BIRDS))}')
+    return (BIRDS[stated],)
+
 
 PRIOR_NONE = 0.5  # a model that is suspected is as likely right as wrong
 PRIOR_PAIRS, PRIOR_ELSE = 0.05, 0.05

@@ -11,8 +11,7 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
 from birdstrike.inversion.diagnosis.preparation.discrepancy import alike
-from birdstrike.inversion.diagnosis.preparation.instrument import instrument_effects
-from birdstrike.inversion.diagnosis.preparation.shots import TIME_OFFSET, Shot, responses_of
+from birdstrike.inversion.diagnosis.preparation.shots import TIME_OFFSET, Shot, instrument_effects, responses_of
 from birdstrike.inversion.estimation.prior import NormalPrior
 
 UNSEEN_SHARE = 1e-6  # of the peak: a signature below it moves no sensor of that kind

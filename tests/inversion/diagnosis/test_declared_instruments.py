@@ -11,8 +11,8 @@ import pytest
 from birdstrike.inversion.diagnosis.conclusions import before_and_after
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import case_with
 from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
-from birdstrike.inversion.diagnosis.preparation.candidate_sensors import with_candidate_sensors
-from birdstrike.inversion.diagnosis.preparation.instrument import fault_named, instrument_effects, with_faults
+from birdstrike.inversion.diagnosis.preparation.plan import with_candidate_sensors
+from birdstrike.inversion.diagnosis.preparation.shots import fault_named, instrument_effects, with_faults
 from birdstrike.solver.case.case import Case, case_from_table, load_case
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, recorded

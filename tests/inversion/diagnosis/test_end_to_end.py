@@ -15,11 +15,10 @@ import pytest
 from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.storage.tree import load_tree
-from birdstrike.inversion.diagnosis.conclusions import answer, answer_warnings
+from birdstrike.inversion.diagnosis.conclusions import answer
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import Held
 from birdstrike.inversion.diagnosis.conclusions.next_measurement import Proposal
-from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose, stated_bird
-from birdstrike.inversion.diagnosis.records import clean_shots, named_records
+from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, clean_shots, diagnose, named_records, stated_bird
 from birdstrike.loop import close_the_loop
 from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.conftest import Laboratory
@@ -370,8 +369,8 @@ def test_an_effect_that_leaves_the_residual_and_a_fault_at_its_limit_are_not_att
     out = f"{name}_{fault}"
     assert laboratory.diagnose(f"sound_{out}", *words).exit_code == 0
     assert laboratory.content(f"sound_{out}")["verdict"] == "attributed"
-    monkeypatch.setattr(answer_warnings if hasattr(answer_warnings, name) else answer, name, value)
-    for reader in ("pipeline", "conclusions.answer_warnings"):
+    monkeypatch.setattr(answer, name, value)
+    for reader in ("pipeline", "conclusions.answer"):
         monkeypatch.setattr(f"birdstrike.inversion.diagnosis.{reader}.is_fault", lambda *_: fault)
     assert laboratory.diagnose(f"against_{out}", *words).exit_code == 0
     found = laboratory.content(f"against_{out}")

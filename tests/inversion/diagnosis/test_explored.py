@@ -15,7 +15,7 @@ from matplotlib import pyplot as plt
 from birdstrike.data.storage.tree import load_tree, save_tree
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import predicted
 from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
-from birdstrike.inversion.diagnosis.preparation.instrument import fault_named, with_faults
+from birdstrike.inversion.diagnosis.preparation.shots import fault_named, with_faults
 from birdstrike.inversion.results.diagnosis_files import MODEL
 from birdstrike.reports.explore.explore import explore
 from birdstrike.solver.case.case import load_case

@@ -9,9 +9,9 @@ from scipy.stats import multivariate_normal
 
 from birdstrike.inversion.diagnosis.conclusions.answer import SIMULATION_SCATTER
 from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
-from birdstrike.inversion.diagnosis.inference.fit import SWING, Fit, Problem, likelier
 from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
 from birdstrike.inversion.diagnosis.inference.linearisation import Places
+from birdstrike.inversion.diagnosis.inference.ranking import SWING, Fit, Problem, likelier
 from birdstrike.inversion.diagnosis.preparation.plan import LATTICES
 from birdstrike.inversion.estimation.mesh_correction import stack
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE

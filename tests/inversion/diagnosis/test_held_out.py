@@ -10,10 +10,9 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.inversion.diagnosis.conclusions.answer import curve_at
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import Held, expected_residual, other_record
-from birdstrike.inversion.diagnosis.diagnose import predicted_heldout
+from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_heldout
 from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
 from birdstrike.inversion.diagnosis.preparation.shots import Record, Shot
-from birdstrike.inversion.diagnosis.records import NamedRecord
 from tests.inversion.diagnosis.conftest import Laboratory
 from tests.inversion.diagnosis.rig import tiny
 

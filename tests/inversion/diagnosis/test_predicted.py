@@ -15,11 +15,9 @@ from typer.testing import CliRunner
 from birdstrike.cli.app import app
 from birdstrike.data.storage.tree import load_tree, save_tree
 from birdstrike.inversion.diagnosis.conclusions.answer import curve_at
-from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
+from birdstrike.inversion.diagnosis.inference.evidence import ModelTester, draws
 from birdstrike.inversion.diagnosis.inference.linearisation import Places
-from birdstrike.inversion.diagnosis.inference.model_error import FAST
-from birdstrike.inversion.diagnosis.inference.posterior import draws
-from birdstrike.inversion.diagnosis.inference.system import build
+from birdstrike.inversion.diagnosis.inference.system import FAST, build
 from birdstrike.inversion.diagnosis.preparation.discrepancy import OWN_SHARE, unknown_or_stated
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE

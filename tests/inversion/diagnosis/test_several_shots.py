@@ -15,21 +15,19 @@ from matplotlib.figure import Figure
 from birdstrike.data.curves import LONGEST, Measured, shot_names
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.formatting import quantity
-from birdstrike.inversion.diagnosis.conclusions.answer_warnings import sensors_left_out
+from birdstrike.inversion.diagnosis.conclusions.answer import sensors_left_out
 from birdstrike.inversion.diagnosis.conclusions.baseline import Baselines
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import other_record
 from birdstrike.inversion.diagnosis.conclusions.solver_update import _on
-from birdstrike.inversion.diagnosis.diagnose import diagnose
+from birdstrike.inversion.diagnosis.diagnose import NamedRecord, described, diagnose, matched
 from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.inference.linearisation import Linearisation, Nearness, Places
-from birdstrike.inversion.diagnosis.inference.model_error import changed_by_effects
 from birdstrike.inversion.diagnosis.inference.ranking import Ranking
-from birdstrike.inversion.diagnosis.inference.simulation_error import numerical_error, trends
+from birdstrike.inversion.diagnosis.inference.system import changed_by_effects, numerical_error, trends
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.pipeline import Pipeline
 from birdstrike.inversion.diagnosis.preparation.discrepancy import STATED, Amplitudes
 from birdstrike.inversion.diagnosis.preparation.shots import Record, Shot
-from birdstrike.inversion.diagnosis.records import NamedRecord, described, matched
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from birdstrike.inversion.results.diagnosis import ATTRIBUTED, NO_RESIDUAL, Diagnosis, errors
 from birdstrike.inversion.results.diagnosis_files import curve_files, write

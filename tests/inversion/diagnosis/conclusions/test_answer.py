@@ -14,12 +14,17 @@ from scipy.stats import norm
 
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.diagnosis.conclusions import answer
-from birdstrike.inversion.diagnosis.conclusions.answer import _meaning, consistency, parameters, reaches_limit
-from birdstrike.inversion.diagnosis.conclusions.answer_warnings import outside_ranges
+from birdstrike.inversion.diagnosis.conclusions.answer import (
+    _meaning,
+    consistency,
+    outside_ranges,
+    parameters,
+    reaches_limit,
+)
 from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
-from birdstrike.inversion.diagnosis.preparation.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.preparation.plan import library
 from birdstrike.inversion.diagnosis.preparation.responses import Response
+from birdstrike.inversion.diagnosis.preparation.shots import instrument_effects
 from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.results.diagnosis import AMBIGUOUS, ATTRIBUTED, NO_RESIDUAL, UNEXPLAINED, EffectFigures
 from birdstrike.inversion.results.diagnosis_text import OPPOSITES, in_its_sense, magnitude_words, next_step, sentence_of

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from birdstrike.inversion.diagnosis.conclusions.answer import verdict_of
-from birdstrike.inversion.diagnosis.conclusions.birds import Birds
+from birdstrike.inversion.diagnosis.conclusions.baseline import Birds
 from birdstrike.inversion.results.diagnosis import NONE
 
 

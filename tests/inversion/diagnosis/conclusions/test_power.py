@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.diagnosis.conclusions.next_measurement import expected
-from birdstrike.inversion.diagnosis.conclusions.power import (
+from birdstrike.inversion.diagnosis.conclusions.alarm import (
     absorbed,
     biases,
     collinear,
@@ -19,6 +18,7 @@ from birdstrike.inversion.diagnosis.conclusions.power import (
     minimum_detectable,
     scatter_of_sizes,
 )
+from birdstrike.inversion.diagnosis.conclusions.next_measurement import expected
 from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
 from birdstrike.inversion.diagnosis.inference.system import System
 from birdstrike.inversion.estimation.prior import UNIFORM_SD

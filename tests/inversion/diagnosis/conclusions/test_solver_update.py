@@ -12,7 +12,7 @@ import pytest
 from birdstrike.inversion.diagnosis.conclusions.solver_update import _farther, _wanted, wanted_effects
 from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect, Hypothesis
 from birdstrike.inversion.diagnosis.inference.linearisation import Linearisation, Places
-from birdstrike.inversion.diagnosis.inference.simulation_error import learnt_error
+from birdstrike.inversion.diagnosis.inference.system import learnt_error
 from birdstrike.inversion.diagnosis.preparation.responses import LINEAR, Uncertainty
 from birdstrike.inversion.results.diagnosis import NONE
 from tests.inversion.diagnosis.inference.linear_system import models, singles

@@ -14,11 +14,9 @@ from scipy.stats import binom, kstest, norm
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.conclusions.alarm import SHARES, alarm, required_discrepancy
 from birdstrike.inversion.diagnosis.conclusions.answer import verdict_of
-from birdstrike.inversion.diagnosis.inference.bird_scatter import BIRDS, birds_apart
-from birdstrike.inversion.diagnosis.inference.evidence import SIZES, UNNAMED, ModelTester
-from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
-from birdstrike.inversion.diagnosis.inference.posterior import draws
-from birdstrike.inversion.diagnosis.inference.probabilities import credible_set, probabilities
+from birdstrike.inversion.diagnosis.inference.evidence import SIZES, UNNAMED, ModelTester, draws
+from birdstrike.inversion.diagnosis.inference.hypotheses import BIRDS, Hypothesis, birds_apart
+from birdstrike.inversion.diagnosis.inference.ranking import credible_set, probabilities
 from birdstrike.inversion.diagnosis.inference.system import Block, System
 from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE

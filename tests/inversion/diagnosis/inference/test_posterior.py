@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from birdstrike.inversion.diagnosis.inference.evidence import SIZES, ModelTester
-from birdstrike.inversion.diagnosis.inference.posterior import draws, quantiles
+from birdstrike.inversion.diagnosis.inference.evidence import SIZES, ModelTester, draws, quantiles
 from tests.inversion.diagnosis.inference.linear_system import POINTS, known, models, system
 
 

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from birdstrike.inversion.diagnosis.inference.evidence import Evidence
-from birdstrike.inversion.diagnosis.inference.fit import Fit
 from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.inference.linearisation import Places
-from birdstrike.inversion.diagnosis.inference.ranking import Assessment, Ranking, refit_pairs
+from birdstrike.inversion.diagnosis.inference.ranking import Assessment, Fit, Ranking, refit_pairs
 from birdstrike.inversion.results.diagnosis import NONE
 from tests.inversion.diagnosis.inference.linear_system import Stub
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from birdstrike.inversion.diagnosis.inference.linearisation import Linearisation, Places
-from birdstrike.inversion.diagnosis.inference.simulation_error import IN_COMMON, SHARE, TRENDS, lattice_columns, trends
+from birdstrike.inversion.diagnosis.inference.system import IN_COMMON, SHARE, TRENDS, lattice_columns, trends
 
 
 @pytest.mark.parametrize("channels", [1, 16])

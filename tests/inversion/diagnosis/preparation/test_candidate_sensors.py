@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from birdstrike.inversion.diagnosis.conclusions.next_measurement import described
-from birdstrike.inversion.diagnosis.preparation.candidate_sensors import (
+from birdstrike.inversion.diagnosis.preparation.plan import (
     PREFIX,
     candidate_sensors,
     with_candidate_sensors,

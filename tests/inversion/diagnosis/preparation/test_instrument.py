@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from birdstrike.inversion.diagnosis.preparation.instrument import fault_named, instrument_effects, with_faults
+from birdstrike.inversion.diagnosis.preparation.shots import fault_named, instrument_effects, with_faults
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.sensors.instrument import Instrument, recorded
 

@@ -12,7 +12,7 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.effects import Effect, register, unregister
-from birdstrike.inversion.diagnosis.diagnose import predicted_shots
+from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
 from birdstrike.inversion.diagnosis.preparation.plan import (
     Block,
     Known,
@@ -24,7 +24,6 @@ from birdstrike.inversion.diagnosis.preparation.plan import (
 )
 from birdstrike.inversion.diagnosis.preparation.responses import learn_responses
 from birdstrike.inversion.diagnosis.preparation.setup import unpredictable
-from birdstrike.inversion.diagnosis.records import NamedRecord
 from birdstrike.inversion.estimation.mesh_correction import spread
 from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.effects.registry import effects
