@@ -35,6 +35,7 @@ from birdstrike.solver.build import aimed_at, build_plate, direction_of, flight_
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.sensors.places import place_in_space, place_on, point_at
 from birdstrike.solver.sensors.sensor import Placed
+from birdstrike.solver.target.mesh import vector_areas
 from birdstrike.solver.target.part_mesh import PartMesh
 
 PART_COLOURS = ("#B8C7D3", SKY, GREEN, ORANGE, PURPLE, "#F0E442", BLUE, VERMILION)
@@ -244,8 +245,7 @@ def hidden_from(shown: DrawnTarget, points: Array, look: Array) -> NDArray[np.bo
 
 def _facets(axes: Axes, shown: DrawnTarget, look: Array) -> None:
     """Facets of all parts, shaded by their slope to the light."""
-    corners = shown.nodes[shown.quads]
-    normals = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    corners, normals = shown.nodes[shown.quads], vector_areas(shown.nodes, shown.quads)
     normal = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
     shade = 0.55 + 0.45 * np.abs(normal @ (LIGHT @ shown.plane))
     colours = np.array([to_rgb(PART_COLOURS[i % len(PART_COLOURS)]) for i in range(len(shown.names))])

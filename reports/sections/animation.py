@@ -24,6 +24,7 @@ from birdstrike.reports.figures.stress import PLATE_COLOURS
 from birdstrike.reports.figures.switches import COLOURS
 from birdstrike.reports.figures.views import Scene, mid_line, part_colours, section_outlines, window
 from birdstrike.reports.results.results import Results
+from birdstrike.solver.target.mesh import vector_areas
 
 MOST_PARTICLES, MOST_POINTS = 2200, 300
 MOST_MESH = 3_000_000  # numbers of two bytes: nodes of a target at all instants of all models
@@ -115,9 +116,7 @@ def _solid(scene: Scene, box: tuple[Array, Array]) -> dict[str, Any]:
 
 def _typical_side(scene: Scene) -> float:
     """Root of the facets' mean area [m]."""
-    corners = scene.resting[scene.sheets.quads]
-    areas = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
-    return float(np.sqrt(areas.mean()))
+    return float(np.sqrt(np.linalg.norm(vector_areas(scene.resting, scene.sheets.quads), axis=1).mean()))
 
 
 def _nodes(snapshots: Sequence[Snapshot], box: tuple[Array, Array]) -> str:

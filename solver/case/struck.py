@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from birdstrike.data.histories import Array
 from birdstrike.solver.case.sections import Impact
 from birdstrike.solver.case.target import Target
-from birdstrike.solver.target.mesh import LEVEL, ShellMesh
+from birdstrike.solver.target.mesh import LEVEL, ShellMesh, vector_areas
 from birdstrike.solver.target.part_mesh import PartMesh
 
 EDGE_ON = 0.2
@@ -106,8 +106,7 @@ def _shells_near(parts: PartMesh, struck: str, aim: tuple[float, float, float]) 
     mesh, own = parts.shells, parts.part == parts.parts.index(struck)
     place = place_in_space(mesh, np.array(aim), struck)
     holding, near = (facets_around(mesh.quads, place, rings) for rings in (0, 1))
-    corners = mesh.nodes[mesh.quads[near[own[near]]]]
-    areas = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    areas = vector_areas(mesh.nodes, mesh.quads[near[own[near]]])
     normals = np.array([normal_of(mesh, facet) for facet in holding])
     return ShellsAtAim(point_at(mesh, *place), normals, own[holding], areas)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between
 from birdstrike.solver.sensors.sensor import Placed, PlateText, Reading, Run, overhang
-from birdstrike.solver.target.mesh import LEVEL
+from birdstrike.solver.target.mesh import LEVEL, vector_areas
 
 if TYPE_CHECKING:  # the types bring in the compiled kernels, which loading a case has no use for
     from birdstrike.solver.bird.body import BirdBody
@@ -124,8 +124,7 @@ def felt_sides(mesh: ShellMesh, facet: int, contact: Contact) -> tuple[NDArray[n
     normal, own = normal_of(mesh, facet), mesh.parts[mesh.part_of(facet)]
     outward, sides = facing(normal) * normal, list[NDArray[np.int64]]()
     for sheet in contact.sheets:
-        corners = mesh.nodes[sheet.quads]
-        normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        normals = vector_areas(mesh.nodes, sheet.quads)
         cosine = normals @ outward / np.linalg.norm(normals, axis=1)
         level = np.isin(sheet.sheet.facets, own) & (np.abs(cosine) > LEVEL)
         sides.append(np.where(level, np.sign(cosine), 0.0).astype(np.int64))

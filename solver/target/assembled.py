@@ -16,7 +16,7 @@ from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.laws.interface import TargetMaterial
 from birdstrike.solver.target.links.rivets import RivetData, Rivets, rivets_of
 from birdstrike.solver.target.links.ties import TieData, Ties, ties_of
-from birdstrike.solver.target.mesh import LEVEL, ShellMesh, border_sides, sides_by_edge, sides_of
+from birdstrike.solver.target.mesh import LEVEL, ShellMesh, border_sides, sides_by_edge, sides_of, vector_areas
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.part_mesh import PartMesh, Row
 from birdstrike.solver.target.section import Section
@@ -111,8 +111,7 @@ class Border(NamedTuple):
     def of(cls, parts: PartMesh) -> Border:
         """All of a mesh."""
         order, start, count = sides_by_edge(parts.quads)
-        corners = parts.nodes[parts.quads[order[start[count == 1]] // 4]]
-        normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        normal = vector_areas(parts.nodes, parts.quads[order[start[count == 1]] // 4])
         return cls(border_sides(parts.quads), normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 

@@ -50,8 +50,7 @@ class ShellMesh:
 
         A facet that is wound against the first one there counts as if it were wound with it.
         """
-        corners = self.nodes[self.quads]
-        vectors = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        vectors = vector_areas(self.nodes, self.quads)
         sizes = np.linalg.norm(vectors, axis=1)
         first, summed = np.zeros(len(self.nodes), np.int64), np.zeros_like(self.nodes)
         first[self.quads[::-1]] = np.arange(len(self.quads))[::-1, None]
@@ -105,6 +104,15 @@ def shell_mesh(nodes: Array, quads: NDArray[np.int64], surface: Array | None = N
     rim = np.unique(sides_of(quads)[order[start[count == 1]]])
     flattened = nodes[:, :2].copy() if surface is None else surface
     return ShellMesh(nodes, quads, across.reshape(-1, 4), rim.astype(np.int64), flattened)
+
+
+def vector_areas(nodes: Array, quads: NDArray[np.int64]) -> Array:
+    """Vector areas (e, 3) [m^2] of facets (e, 4) of nodes (m, 3): along the normal, half the diagonals' product.
+
+    Exact for triangles, whose last corner stands twice, and for warped facets, whose border alone counts.
+    """
+    corners = nodes[quads]
+    return 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
 
 
 def is_triangle(quads: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.target.mesh import ShellMesh, shell_mesh, sides_of
+from birdstrike.solver.target.mesh import ShellMesh, shell_mesh, sides_of, vector_areas
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,7 @@ class PartMesh:
     @cached_property
     def element_size(self) -> float:
         """Side of a square of the shells' mean area [m]."""
-        corners = self.nodes[self.quads]
-        areas = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
-        return float(np.sqrt(areas.mean()))
+        return float(np.sqrt(np.linalg.norm(vector_areas(self.nodes, self.quads), axis=1).mean()))
 
     @cached_property
     def pieces(self) -> int:
