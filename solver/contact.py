@@ -17,7 +17,7 @@ from birdstrike.solver.kernels.contact.sheet_contact import NOTHING, find_feet, 
 from birdstrike.solver.kernels.motion import predict_push, push_particles
 from birdstrike.solver.kernels.sums import work_of_forces
 from birdstrike.solver.target.assembly import Target
-from birdstrike.solver.target.mesh import reach_of
+from birdstrike.solver.target.mesh import reach_of, vector_areas
 from birdstrike.solver.target.sheets import Sheet, sheets_of, whole_sheet
 
 STICKING = 0.5  # of k m' under the root below
@@ -333,7 +333,8 @@ class Contact:
         """
         inverse = 1.0 / bird.masses.min()
         if not plate.fixed.all():
-            per_node = max(facet_areas(plate).max() / self.spacing**2, 1.0)
+            areas = np.linalg.norm(vector_areas(plate.x, plate.quads), axis=1)
+            per_node = max(areas.max() / self.spacing**2, 1.0)
             inverse += per_node / plate.mass[plate.mass > 0.0].min()
         return float(1.0 / inverse) / (1.0 if len(self.sheets) == 1 else 2.0)
 
@@ -384,21 +385,13 @@ class Friction:
         return -dt * (on_bird + on_plate)
 
 
-def facet_areas(plate: Target) -> Array:
-    """Area of each facet, (e,) [m^2]."""
-    i, j, k, m = (plate.x[plate.quads[:, corner]] for corner in range(4))
-    return 0.5 * np.linalg.norm(np.cross(k - i, m - j), axis=1)
-
-
 def seen_from(bird: BirdBody, plate: Target) -> tuple[int, NDArray[np.int64], NDArray[np.int64]]:
     """1 where the normal of the facet nearest the bird's centre points to it, else -1; quads and across from there.
 
     The shell's facets are wound alike. Seen from behind, corners run the other way, and so xi and eta change places.
     """
-    corners, centre = plate.x[plate.quads], bird.x[: bird.n].mean(axis=0)
-    middle = corners.mean(axis=1)
+    centre, middle = bird.x[: bird.n].mean(axis=0), plate.x[plate.quads].mean(axis=1)
     nearest = int(np.argmin(((middle - centre) ** 2).sum(axis=1)))
-    i, j, k, m = corners[nearest]
-    if np.cross(k - i, m - j) @ (centre - middle[nearest]) >= 0.0:
+    if vector_areas(plate.x, plate.quads[nearest]) @ (centre - middle[nearest]) >= 0.0:
         return 1, plate.quads, plate.mesh.across
     return -1, plate.quads[:, [0, 3, 2, 1]].copy(), plate.mesh.across[:, [2, 3, 0, 1]].copy()

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.contact.contact import bilinear, clamp_to_facet, foot_on_facet
-from birdstrike.solver.target.mesh import ShellMesh, centres_of, reach_of
+from birdstrike.solver.target.mesh import ShellMesh, centres_of, reach_of, vector_areas
 
 INSIDE = ROUNDED = 1.0 + 1e-9
 PARALLEL = 0.01
@@ -75,9 +75,8 @@ def tangents(mesh: ShellMesh, element: int) -> Array | None:
 
 def normal_of(mesh: ShellMesh, element: int) -> Array:
     """Unit normal (3,) of a facet."""
-    corners = mesh.nodes[mesh.quads[element]]
-    normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
-    return normal / np.linalg.norm(normal)
+    vector = vector_areas(mesh.nodes, mesh.quads[element])
+    return vector / np.linalg.norm(vector)
 
 
 def facing(normal: Array) -> int:

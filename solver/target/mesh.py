@@ -107,12 +107,12 @@ def shell_mesh(nodes: Array, quads: NDArray[np.int64], surface: Array | None = N
 
 
 def vector_areas(nodes: Array, quads: NDArray[np.int64]) -> Array:
-    """Vector areas (e, 3) [m^2] of facets (e, 4) of nodes (m, 3): along the normal, half the diagonals' product.
+    """Vector areas (..., 3) [m^2] of facets (..., 4) of nodes (m, 3): along the normal, half the diagonals' product.
 
     Exact for triangles, whose last corner stands twice, and for warped facets, whose border alone counts.
     """
     corners = nodes[quads]
-    return 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    return 0.5 * np.cross(corners[..., 2, :] - corners[..., 0, :], corners[..., 3, :] - corners[..., 1, :])
 
 
 def is_triangle(quads: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from birdstrike.data.histories import Array
 from birdstrike.solver.arrays import node_rows
 from birdstrike.solver.kernels.contact.sheet_contact import nearest_on_facet
-from birdstrike.solver.target.mesh import is_triangle, sides_by_edge, sides_of
+from birdstrike.solver.target.mesh import is_triangle, sides_by_edge, sides_of, vector_areas
 
 ON_A_SIDE = 1e-6  # of a facet's size: as near to a point as its neighbour is
 TINY = 1e-300  # [m]: a side that is a point has no direction
@@ -130,9 +130,8 @@ def _welded(nodes: Array, quads: Numbers, edges: Sequence[Numbers], tied: Mappin
         rows = [member[start[node] : start[node + 1]] for node in (*tied[one].tolist(), *tied[other].tolist())]
         near = np.unique(np.concatenate(rows) // 4)
         under = _nearest_facets(nodes[ends[place]].mean(axis=0), nodes, quads, near)
-        corners = nodes[quads[under[0]]]
-        normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
-        if abs(float(normal @ away[place])) > SMOOTH * float(np.linalg.norm(normal)):
+        vector = vector_areas(nodes, quads[under[0]])
+        if abs(float(vector @ away[place])) > SMOOTH * float(np.linalg.norm(vector)):
             found[place] = [(facet, True) for facet in under]
     return found
 

@@ -17,6 +17,7 @@ from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.laws.registry import TARGET_LAWS
 from birdstrike.solver.target.links.rivets import RivetData
 from birdstrike.solver.target.links.ties import TieData
+from birdstrike.solver.target.mesh import vector_areas
 from birdstrike.solver.target.part_mesh import PartMesh, Patch, merged
 from birdstrike.solver.target.part_mesh import Row as RivetRow
 
@@ -163,10 +164,7 @@ def crossings(spec: RunSpec, run: Histories) -> Crossed:
     """
     mesh = rest_mesh(spec.load())
     skin = mesh.quads[mesh.parts["skin"]]
-    corners = mesh.nodes[skin]
-    size = float(
-        np.sqrt(np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1).mean())
-    )
+    size = float(np.sqrt(2.0 * np.linalg.norm(vector_areas(mesh.nodes, skin), axis=1).mean()))
     before: Array | None = None
     sound, torn = np.zeros(0, np.bool_), np.zeros(0, np.bool_)
     for snapshot in run.snapshots:
@@ -185,14 +183,13 @@ def sides(skin: NDArray[np.int64], snapshot: Snapshot, size: float) -> tuple[Arr
     """Side of every particle (n,): 1 towards the impact, -1 behind, 0 where it is over no live facet; near a tear."""
     rows = np.dtype([("", skin.dtype)] * 4)
     alive = np.isin(np.ascontiguousarray(skin).view(rows), np.ascontiguousarray(snapshot.quads).view(rows)).ravel()
-    corners = snapshot.nodes[skin]
-    middles = corners.mean(axis=1)
+    middles = snapshot.nodes[skin].mean(axis=1)
     x = snapshot.particles
     if not alive.any():
         return np.zeros(len(x)), np.ones(len(x), np.bool_)
     away, nearest = KDTree(middles[alive]).query(x)
     facet = np.flatnonzero(alive)[nearest]
-    normal = np.cross(corners[facet, 2] - corners[facet, 0], corners[facet, 3] - corners[facet, 1])
+    normal = vector_areas(snapshot.nodes, skin[facet])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     height = ((x - middles[facet]) * normal).sum(axis=1)
     beside = np.sqrt(np.maximum(away**2 - height**2, 0.0))

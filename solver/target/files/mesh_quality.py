@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.target.mesh import border_sides, centres_of, is_triangle, sides_of
+from birdstrike.solver.target.mesh import border_sides, centres_of, is_triangle, sides_of, vector_areas
 from birdstrike.solver.target.part_mesh import PartMesh
 
 SIZES = (0.02, 5.0)  # m, of a target's largest extent
@@ -53,10 +53,10 @@ class Shapes:
     def of(cls, nodes: Array, quads: Numbers) -> Shapes:
         """From nodes (m, 3) and facets (e, 4)."""
         corners, triangle = nodes[quads], is_triangle(quads)
-        normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-        area = 0.5 * np.linalg.norm(normal, axis=1)
+        vectors = vector_areas(nodes, quads)
+        area = np.linalg.norm(vectors, axis=1)
         longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
-        unit = normal / np.maximum(2.0 * area, 1e-30)[:, None]
+        unit = vectors / np.maximum(area, 5e-31)[:, None]
         out = np.abs(((corners - centres_of(nodes, quads)[:, None]) * unit[:, None]).sum(axis=2)).max(axis=1)
         sound = (area > 1e-3 * longest**2) & ~triangle
         warp = np.zeros(len(quads))
@@ -105,11 +105,10 @@ def findings_of(mesh: PartMesh) -> Iterator[Finding]:
 
 def _turned_inwards(mesh: PartMesh) -> NDArray[np.bool_]:
     """(e,) whether a quadrilateral is not convex: at a corner its sides turn against its normal."""
-    corners = mesh.nodes[mesh.quads]
-    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    corners, vectors = mesh.nodes[mesh.quads], vector_areas(mesh.nodes, mesh.quads)
     onward, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    turn = (np.cross(onward, back) * normal[:, None]).sum(axis=2)
-    return (turn < -1e-6 * (normal**2).sum(axis=1)[:, None]).any(axis=1) & ~is_triangle(mesh.quads)
+    turn = (np.cross(onward, back) * vectors[:, None]).sum(axis=2)
+    return (turn < -2e-6 * (vectors**2).sum(axis=1)[:, None]).any(axis=1) & ~is_triangle(mesh.quads)
 
 
 def _between(values: Array, low: float, high: float) -> NDArray[np.bool_]:

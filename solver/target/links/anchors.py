@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.contact.contact import bilinear, clamp_to_facet, foot_on_facet
-from birdstrike.solver.target.mesh import border_sides, reach_of
+from birdstrike.solver.target.mesh import border_sides, reach_of, vector_areas
 from birdstrike.solver.target.part_mesh import PartMesh
 
 ROUNDED = 1.0 + 1e-9
@@ -69,9 +69,8 @@ class Surface:
             weights = np.array(bilinear(foot[0], foot[1]))
             way = float(np.linalg.norm(point - weights @ self.nodes[quad]))
             if best is None or way < best.distance - 1e-12:
-                corners = self.nodes[quad]
-                normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
-                best = Foot(quad, weights, way, normal / np.linalg.norm(normal), int(facet))
+                vector = vector_areas(self.nodes, quad)
+                best = Foot(quad, weights, way, vector / np.linalg.norm(vector), int(facet))
         assert best is not None, "a part has shells of some area"
         return best
 
