@@ -16,9 +16,9 @@ def silent(_: float) -> None:
     """Progress that nobody watches."""
 
 
-def share_of(progress: Progress | None, start: float, end: float) -> Progress | None:
-    """The progress of a part of the work that takes start .. end of the whole; None where nobody watches."""
-    return None if progress is None else lambda f: progress(start + (end - start) * f)
+def part_of(progress: Progress, start: float, end: float) -> Progress:
+    """The progress of a part of the work that takes start .. end of the whole."""
+    return lambda share: progress(start + (end - start) * share)
 
 
 def no_display(_: str) -> AbstractContextManager[Progress]:

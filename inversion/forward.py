@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.run import Failed, PlannedRun, carried_out
 from birdstrike.doe.solvers import solver_for
@@ -29,7 +29,7 @@ class StoredSolver:
     case: Case
     store: RunStore
     read: tuple[RunStore, ...] = ()
-    progress: Progress | None = None
+    progress: Progress = silent
     retry: float = 0.0
 
     def __call__(self, theta: Mapping[str, float]) -> Histories:

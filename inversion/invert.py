@@ -11,7 +11,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.progress import Progress, silent
+from birdstrike.data.progress import Progress, part_of, silent
 from birdstrike.data.run_warnings import merged
 from birdstrike.inversion.estimation.answers.network_inversion import NetworkAnswer, network_answer
 from birdstrike.inversion.estimation.answers.proposal import Proposal, by_emulator, by_network, not_identified
@@ -63,7 +63,7 @@ def invert(
     measured: Measured,
     forward: Forward,
     options: InversionOptions | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     emulator: Emulator | None = None,
     columns: Columns | None = None,
 ) -> InversionOutcome:
@@ -99,18 +99,18 @@ def invert(
     RunFailed
         When no verification run finishes.
     """
-    choice, report = options or InversionOptions(), progress or silent
+    choice = options or InversionOptions()
     methods = choice.methods()
-    located = locate(dataset, measured, choice, emulator, lambda f: report(0.2 * f), columns)
+    located = locate(dataset, measured, choice, emulator, part_of(progress, 0.0, 0.2), columns)
     proposals, network, training, of_network = {}, None, None, ()
     if "network" in methods:
-        network, answer, training = answer_of_network(located, choice, lambda f: report(0.2 + 0.1 * f))
+        network, answer, training = answer_of_network(located, choice, part_of(progress, 0.2, 0.3))
         proposals["network"] = by_network(located.calibration, network, answer)
         of_network = answer.warnings
     if "emulator" in methods:
         proposals["emulator"] = by_emulator(located.calibration)
     posterior = located.calibration.posterior
-    verified = verify_all(dataset, proposals, forward, lambda f: report(0.3 + 0.7 * f))
+    verified = verify_all(dataset, proposals, forward, part_of(progress, 0.3, 1.0))
     tested = verified if "emulator" in verified else {**verified, **_run_at_the_fit(located, forward)}
     predictive = _checked_by_solver(located, tested, dataset, choice)
     if predictive != located.prior_predictive:

@@ -16,7 +16,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
@@ -122,9 +122,7 @@ def conditions(channels: tuple[str, ...]) -> list[Condition]:
     return [Condition(noise, points, own) for own in sets for points in POINTS for noise in NOISES]
 
 
-def score_methods(
-    bench: KnownCase, channels: tuple[str, ...], progress: Progress | None = None
-) -> Iterator[MethodScore]:
+def score_methods(bench: KnownCase, channels: tuple[str, ...], progress: Progress = silent) -> Iterator[MethodScore]:
     """Every method under every condition, each answer verified by the solver."""
     chosen = conditions(channels)
     for i, condition in enumerate(chosen):
@@ -135,8 +133,7 @@ def score_methods(
             theta, extra = solve()
             seconds = time.perf_counter() - begun
             yield _row(bench, condition, record, method, theta, extra, seconds, known)
-            if progress is not None:
-                progress((i + 0.9) / len(chosen))
+            progress((i + 0.9) / len(chosen))
 
 
 Solve = Callable[[], tuple[Array, int]]

@@ -13,7 +13,7 @@ from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import many
-from birdstrike.data.progress import Progress, silent
+from birdstrike.data.progress import Progress, part_of, silent
 from birdstrike.data.storage.files import withdraw, write_json
 from birdstrike.data.storage.out_folder import fills_out
 from birdstrike.doe.campaign.run import retry_before
@@ -55,7 +55,7 @@ def train_and_invert(
     case: One | Case | Sequence[One | Case] | None = None,
     forward: Forward | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     allow_rank_deficient: bool = False,
     extras: Extras | None = None,
 ) -> Inversion:
@@ -114,13 +114,16 @@ def train_and_invert(
         _refuse_second_mesh(more, forward)
     records = only_channels([as_measured(record) for record in as_list(measured)], more.channels)
     pairs = _with_cases(records, cases)
-    report, share = progress or silent, 0.5 if more.mesh_correction else 0.0
+    share = 0.5 if more.mesh_correction else 0.0
     call = ShotReader(folders, folder, options, more, forward, retry)
-    shots = [call.shot(*pair, _share(report, i, len(pairs), share)) for i, pair in enumerate(pairs)]
+    shots = [
+        call.shot(*pair, part_of(progress, share * i / len(pairs), share * (i + 1) / len(pairs)))
+        for i, pair in enumerate(pairs)
+    ]
     _refuse_unused(folders, shots)
     refuse_twice([("--measured", shot.measured) for shot in shots])
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
-    outcome, dataset, record = inverted(shots, more, lambda f: report(share + (1.0 - share) * f))
+    outcome, dataset, record = inverted(shots, more, part_of(progress, share, 1.0))
     _withdraw_earlier(folder)
     _copy_cases(folder, shots)
     asked = {"trainer": trainer, "method": method, "seed": seed, "allow_rank_deficient": allow_rank_deficient}
@@ -210,13 +213,12 @@ def _called(function: Any) -> str:
 
 
 def inverted(
-    shots: Sequence[CampaignShot], more: Extras, progress: Progress | None
+    shots: Sequence[CampaignShot], more: Extras, progress: Progress
 ) -> tuple[InversionOutcome, Dataset, Measured]:
     """One or several shots, refined if asked for, with the runs and the record that the answer rests on."""
     joint, scatter = Joint.alone(shots[0]), None
     if len(shots) > 1:
         joint, scatter = with_scatter(joined(shots))
-    report = progress or silent
     dataset, refinement, share = joint.dataset, None, 0.0
     if more.refine and _refinable(joint.options, more):
         share = 0.6
@@ -227,14 +229,14 @@ def inverted(
             options=joint.options,
             runs=more.refine,
             columns=joint.columns,
-            progress=lambda f: report(share * f),
+            progress=part_of(progress, 0.0, share),
         )
     outcome = invert(
         dataset,
         joint.measured,
         joint.verifier,
         joint.options,
-        lambda f: report(share + (1.0 - share) * f),
+        part_of(progress, share, 1.0),
         columns=joint.columns,
     )
     corrections = tuple(shot.mesh_correction for shot in shots if shot.mesh_correction is not None)
@@ -252,11 +254,6 @@ def inverted(
         mesh_correction=corrections,
     )
     return replace(outcome, inversion=inversion), dataset, joint.measured
-
-
-def _share(report: Progress, part: int, parts: int, whole: float) -> Progress:
-    """The progress of one of several equal parts that together are a share of the work."""
-    return lambda f: report(whole * (part + f) / parts)
 
 
 def _refinable(options: InversionOptions, more: Extras) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories, Snapshot, farthest
+from birdstrike.data.progress import Progress, silent
 from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.checks import check_sensors, run_checks, shells_of, warnings_of
 from birdstrike.solver.coupling import Coupling
@@ -27,7 +28,7 @@ def simulate(
     *,
     step_factor: float = 1.0,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = silent,
 ) -> Histories:
     """Simulate a case and return its histories at `time.output_interval`.
 
@@ -36,10 +37,10 @@ def simulate(
     non-finite) and UserError (a geometry that cannot be built).
     """
     with limited_threads(threads or case.solver.threads or MOST_THREADS) as team:
-        return histories_of(case, step_factor, progress or silent, team)
+        return histories_of(case, step_factor, progress, team)
 
 
-def histories_of(case: Case, step_factor: float, progress: Callable[[float], None], team: Team) -> Histories:
+def histories_of(case: Case, step_factor: float, progress: Progress, team: Team) -> Histories:
     """As `simulate`, on this team of threads."""
     started = time.perf_counter()
     coupling = Coupling(case, step_factor)
@@ -68,9 +69,7 @@ def histories_of(case: Case, step_factor: float, progress: Callable[[float], Non
     return Histories(clock, channels, units, summary, snapshots)
 
 
-def run(
-    coupling: Coupling, recorder: Recorder, instants: Sequence[float], progress: Callable[[float], None]
-) -> tuple[Snapshot, ...]:
+def run(coupling: Coupling, recorder: Recorder, instants: Sequence[float], progress: Progress) -> tuple[Snapshot, ...]:
     """The time loop: forces, readings, snapshots at the steps nearest `instants` [s], motion, audits of the energy."""
     snapshots: list[Snapshot] = []
     due = sorted(instants)
@@ -86,10 +85,6 @@ def run(
         else:
             coupling.move()
     return tuple(snapshots)
-
-
-def silent(_share: float) -> None:
-    """Progress that nobody follows."""
 
 
 def peak(clock: Array, values: Array) -> dict[str, float]:

@@ -20,7 +20,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing, many
 from birdstrike.data.histories import Array
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.surrogate.features import FEATURES, Region, covered, features, regions, runs_needed
 from birdstrike.surrogate.gaussian_process import GaussianProcess, LocalVariance, student_inflation
 from birdstrike.surrogate.run_scatter import factors_between, shrunk_correlation
@@ -196,7 +196,7 @@ def fit_emulator(
     dataset: Dataset,
     channels: Sequence[str],
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Emulator:
     """Fit the given channels of a campaign's smooth runs; raises UserError when those are too few, or none can differ.
 
@@ -221,8 +221,7 @@ def fit_emulator(
     fitted: dict[str, CurveEmulator] = {}
     for i, channel in enumerate(channels):
         fitted[channel] = CurveEmulator.fit(dataset.time, dataset.curves[channel][used], u, seed)
-        if progress is not None:
-            progress((i + 1) / len(channels))
+        progress((i + 1) / len(channels))
     return replace(emulator, channels=jointly(fitted))
 
 

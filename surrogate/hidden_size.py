@@ -9,7 +9,7 @@ import numpy as np
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.surrogate.network import Shape, forward
 from birdstrike.surrogate.trainers.ensemble import starts, train
 from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
@@ -38,7 +38,7 @@ def search(
     sizes: Sequence[int] = SIZES,
     seed: int = 0,
     settings: Settings | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     share: Callable[[Array], Array] = np.asarray,
 ) -> tuple[HiddenSize, ...]:
     """Sizes with their errors, in the order given; x (n, inputs), t (n, outputs) scaled. A fold: every fourth row.
@@ -57,8 +57,7 @@ def search(
         squares = [_squares(shape, x, t, fold, seed, settings, share) for fold in folds]
         errors = np.sqrt(np.mean(squares, axis=0))
         found.append(HiddenSize(hidden, float(errors.mean()), float(errors.std(ddof=1))))
-        if progress is not None:
-            progress((i + 1) / len(sizes))
+        progress((i + 1) / len(sizes))
     return tuple(found)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.data.progress import Progress, share_of
+from birdstrike.data.progress import Progress, part_of, silent
 from birdstrike.surrogate import hidden_size
 from birdstrike.surrogate.holdout import held_out
 from birdstrike.surrogate.network import Shape, forward, nguyen_widrow
@@ -113,7 +113,7 @@ def fit_network(
     trainer: str = "lm",
     hidden: int | None = HIDDEN,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     noise: Array | None = None,
     copies: int = 0,
     outputs: str = "bounded",
@@ -138,9 +138,9 @@ def fit_network(
     notes, tried = _notes(inputs), ()
     if hidden is None:
         tried = hidden_size.search(
-            x[train], t[train], seed=seed, progress=share_of(progress, 0.0, SEARCH), share=ranges.share
+            x[train], t[train], seed=seed, progress=part_of(progress, 0.0, SEARCH), share=ranges.share
         )
-        progress = share_of(progress, SEARCH, 1.0)
+        progress = part_of(progress, SEARCH, 1.0)
         hidden, notes = hidden_size.best(tried).hidden, (*notes, _tried(tried))
     shape = Shape(values.shape[1], hidden, theta.shape[1])
     learnt = _augmented(inputs, values[train], noise, copies, seed, nuisances)

@@ -10,7 +10,7 @@ import typer
 
 from birdstrike.cli.frame import Json, Settings, framed, overrides, progress_bar, say, warn
 from birdstrike.data.errors import MeasuredError, UserError
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Array, Histories
@@ -29,7 +29,7 @@ def compare(
     deck: str | Path | None = None,
     theirs: str = "the other code",
     settings: Mapping[str, Any] | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> dict[str, Any]:
     """Simulate a case, set another code's curves of its sensors beside ours, and write figures of merit and a page.
 
@@ -143,7 +143,7 @@ def _refuse_clock(path: Path, time: Array) -> None:
     )
 
 
-def _ours(case: Case, solver: Solver, folder: Path, progress: Progress | None) -> Finished:
+def _ours(case: Case, solver: Solver, folder: Path, progress: Progress) -> Finished:
     """Our run, once for a folder; one that failed is tried again. Raises CaseError, RunFailed."""
     from birdstrike.data.errors import RunFailed
     from birdstrike.data.storage.store import RunStore

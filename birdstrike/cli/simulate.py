@@ -15,7 +15,7 @@ from birdstrike.cli.check import pieces
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say, warn
 from birdstrike.cli.next_steps import following, set_again
 from birdstrike.data.errors import UserError, refuse_not_whole
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
@@ -27,7 +27,7 @@ def simulate(
     *,
     step_factor: float = 1.0,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Histories:
     """Simulate one shot of a case.
 

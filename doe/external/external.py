@@ -16,7 +16,7 @@ import numpy as np
 
 from birdstrike.data.errors import CaseError, MachineFailure, RunFailed
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.doe.attempt import STEP_FACTORS, Solver
 from birdstrike.doe.external import guard
 from birdstrike.doe.external.deck import unsupported_by_deck
@@ -76,7 +76,7 @@ def simulate_external(
     *,
     step_factor: float = 1.0,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Histories:
     """Run the external command over the filled template and return the sensors' histories on the case's clock.
 
@@ -99,8 +99,7 @@ def simulate_external(
     finally:
         if not stays:
             shutil.rmtree(folder, ignore_errors=True)
-    if progress is not None:
-        progress(1.0)
+    progress(1.0)
     return _histories(case, external, clock, channels, time.perf_counter() - started)
 
 

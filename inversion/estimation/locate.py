@@ -11,7 +11,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing, plain, quantity, span
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, part_of
 from birdstrike.doe.designs.quality import Quality, weakest_quality
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.answers.proposal import Calibration
@@ -135,7 +135,7 @@ def locate(
     design = design_figures(dataset)
     refuse_deficient(design, choice.allow_rank_deficient)
     names = [c.name for c in observations.channels]
-    emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
+    emulator = fitted or fit_emulator(dataset, names, choice.seed, part_of(progress, 0.0, 0.5))
     carried = carried_coordinates(dataset, design.rank, _judged(dataset)[1]) if design.deficient else None
     coordinates = carried or parameter_coordinates(dataset, emulator.regions, choice.priors)
     calibrator = _with_known_errors(dataset, observations, emulator, coordinates, choice, columns)
@@ -147,7 +147,7 @@ def locate(
     predictive = prior_predictive(dataset, observations, best_fit.residual, origin.value)
     raised, posterior = calibrator.raised(residual), None
     if choice.sampling is not None and predictive.inside and not design.deficient and "emulator" in choice.methods():
-        posterior = sample(raised, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
+        posterior = sample(raised, modes, choice.seed, choice.sampling, part_of(progress, 0.6, 1.0))
     progress(1.0)
     warnings = (
         *([f"{design.sentence}: no separate values are given"] if design.deficient else ()),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.likelihood import Likelihood
 
@@ -87,7 +87,7 @@ def sample(
     modes: tuple[Mode, ...],
     seed: int = 0,
     sampling: Sampling | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Posterior:
     """Draw until the chains agree; modes: of the calibration, where the walkers start."""
     rules, density = sampling or Sampling(), Likelihood.of(calibrator, modes)
@@ -102,10 +102,8 @@ def sample(
             for chain in chains:
                 chain.run(rules.chunk)
             found = _posterior(density, modes[0], chains, free)
-            if progress is not None:
-                progress(min(1.0, found.steps / rules.most))
-    if progress is not None:
-        progress(1.0)
+            progress(min(1.0, found.steps / rules.most))
+    progress(1.0)
     return found
 
 

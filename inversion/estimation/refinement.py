@@ -38,7 +38,7 @@ def refine(
     options: InversionOptions,
     runs: int | str,
     columns: Columns | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> tuple[Dataset, RefinementFigures]:
     """At most `runs` runs more, one after the other, the emulator fitted anew after each.
 
@@ -66,8 +66,7 @@ def refine(
             reason = f"a run failed: {failure}"
             break
         added.append(theta)
-        if progress is not None:
-            progress(len(added) / budget)
+        progress(len(added) / budget)
     if not reason:
         still = (
             f", and the emulator still adds {100 * shares[-1]:.0f} % to an interval's variance: --refine N adds more"

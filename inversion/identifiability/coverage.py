@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import Box
 from birdstrike.inversion.estimation.known_errors import stacked
@@ -49,7 +49,7 @@ def coverage(
     truths: int,
     seed: int = 0,
     forward: Forward | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Coverage:
     """Invert records of truths drawn from the prior; forward: who makes them, the emulator by default.
 
@@ -64,8 +64,7 @@ def coverage(
         _, modes, residual = problem.best_fits(i)
         drawn = sample(problem.raised(residual), modes, seed + i)
         found.append((drawn.z.mean(axis=0), drawn.interval(), drawn.converged))
-        if progress is not None:
-            progress((i + 1) / truths)
+        progress((i + 1) / truths)
     means, spans = np.stack([f[0] for f in found]), np.stack([f[1] for f in found])
     held = (spans[..., 0] <= z) & (z <= spans[..., 1])
     narrow = identified(spans[..., 1] - spans[..., 0], calibrator.coordinates.prior.width())

@@ -78,7 +78,7 @@ def calibrate_models(
     optimisers: str | Sequence[str] = (),
     budget: int = 160,
     retry_failed: bool = False,
-    progress: Report | None = None,
+    progress: Report = lambda *_: None,
 ) -> ModelComparison:
     """Calibrate bird models to the same records, verify each by the solver, and rank them by held-out error.
 
@@ -141,13 +141,13 @@ def calibrate_models(
     refuse_other_kinds(options)
     setups = _setups(as_list(case), as_list(measured), as_names("channels", channels))
     _refuse_what_does_not_fit(chosen, setups)
-    report, retry = progress or (lambda *_: None), retry_before(retry_failed)
+    retry = retry_before(retry_failed)
     with LatePool(workers) as pool:
         each: list[ModelRuns] = []
         for i, one in enumerate(chosen):
-            share = _part_of(report, one.name, i, len(chosen), len(setups))
+            share = _part_of(progress, one.name, i, len(chosen), len(setups))
             each.append(ModelRuns(one, setups, folder / one.name, options, pool, share, retry))
-        report("designs", 0.0)
+        progress("designs", 0.0)
         _refuse_invalid_runs(each)
         answers = {own.chosen.name: _answer(own) for own in each}
     found = _compared(answers, setups, options.seed)

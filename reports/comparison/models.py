@@ -39,12 +39,12 @@ PICTURE_TIME = 1.5e-3  # s: near the plate's peak in the reference strike, where
 FRAMES = 40  # of the animation
 
 
-def run_models(results: Results, progress: Progress | None = None) -> Results:
+def run_models(results: Results, progress: Progress = silent) -> Results:
     """Results with every model's simulation, run where it is not in the store; a failure is kept with its reason."""
     cases: dict[str, Case | CaseError] = {name: _standard(results, shipped) for name, shipped in STANDARD.items()}
     cases[results.best] = _inverted(results)
     runnable = {key: case for key, case in cases.items() if not isinstance(case, CaseError)}
-    outcomes = _outcomes(runnable, RunStore(results.folder / "models" / "runs"), progress or silent)
+    outcomes = _outcomes(runnable, RunStore(results.folder / "models" / "runs"), progress)
     models: dict[str, Model] = {}
     for key, case in cases.items():
         kept = runnable.get(key)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from birdstrike.data.curves import shot_names
 from birdstrike.data.formatting import listing
-from birdstrike.data.progress import Progress, silent
+from birdstrike.data.progress import Progress, part_of, silent
 from birdstrike.data.storage.files import write_atomically
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.labels import provenance
@@ -101,7 +101,7 @@ def report(
     diagnosis: str | Path | None = None,
     models: bool = True,
     diagnosed: bool = True,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Path:
     """Write the page about `folder` (default `folder/report.html`) and return its path; raises UserError.
 
@@ -123,7 +123,7 @@ def is_whole(parts: Parts) -> bool:
     return parts.doe is not None and parts.inversion is not None
 
 
-def write_part_page(parts: Parts, path: Path, progress: Progress | None = None) -> tuple[Path, tuple[str, ...]]:
+def write_part_page(parts: Parts, path: Path, progress: Progress = silent) -> tuple[Path, tuple[str, ...]]:
     """Write a page of the parts that exist; its path, and what was found in a few sentences. Raises UserError."""
     made: list[Section] = []
     findings, name = tuple[str, ...](), parts.folder.absolute().name
@@ -139,8 +139,7 @@ def write_part_page(parts: Parts, path: Path, progress: Progress | None = None) 
         simulated = read_campaign(parts, parts.doe)
         findings, name = findings + campaign_findings(simulated), simulated.case_name
         made += [make(simulated) for make in CAMPAIGN_ALONE]
-    if progress:
-        progress(1.0)
+    progress(1.0)
     shown = [part for part, there in zip(PARTS, (parts.inversion, parts.diagnosis, parts.doe), strict=True) if there]
     source = next(place for place in (parts.inversion, parts.diagnosis, parts.doe) if place is not None)
     subtitle = f"Every model curve is simulated by {program_in(source)}."
@@ -152,7 +151,7 @@ def write_part_page(parts: Parts, path: Path, progress: Progress | None = None) 
 def write_page(
     results: Results,
     path: Path,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     *,
     models: bool = True,
     diagnosed: bool = True,
@@ -161,20 +160,19 @@ def write_page(
 
     It links to the page of `explore` where that lies beside it.
     """
-    report_share = progress or silent
     if models:
-        results = run_models(results, lambda share: report_share(SIMULATIONS * share))
+        results = run_models(results, part_of(progress, 0.0, SIMULATIONS))
     begun = SIMULATIONS if models else 0.0
     made = SECTIONS if diagnosed else tuple(make for make in SECTIONS if make not in DIAGNOSIS)
     beside = EXPLORE if (path.parent / EXPLORE).is_file() else ""
-    text = page(results, lambda share: report_share(begun + (1.0 - begun) * share), made, beside)
+    text = page(results, part_of(progress, begun, 1.0), made, beside)
     write_atomically(path, text)
     return path
 
 
 def page(
     results: Results,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     makers: Sequence[Maker] = SECTIONS,
     beside: str = "",
 ) -> str:
@@ -183,8 +181,7 @@ def page(
     for done, make in enumerate(makers, 1):
         if (section := make(results)) is not None:
             sections.append(section)
-        if progress:
-            progress(done / len(makers))
+        progress(done / len(makers))
     return rendered(
         title=f"Bird strike {results.case_name}: parameters from {_named(results)}",
         subtitle=f"{_provenance(results)}; every model curve is simulated by {program}.",

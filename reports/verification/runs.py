@@ -1,4 +1,4 @@
-"""Computed of the verification: a shipped case, its changes, and variations of the set-up that no case key names."""
+"""Simulations of the verification: a shipped case, its changes, and variations of the set-up that no case key names."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.progress import silent
 from birdstrike.data.storage.store import RunStore, run_key
 from birdstrike.solver.build import bird_lattice, in_flight
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.sensors.recording import Recorder
-from birdstrike.solver.simulate import run, silent, simulate, summarise
+from birdstrike.solver.simulate import run, simulate, summarise
 from birdstrike.solver.version import SOLVER_VERSION
 
 

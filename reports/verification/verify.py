@@ -94,8 +94,8 @@ def verify(
     only: str | Iterable[str] = (),
     workers: int = 2,
     cache: str | Path = CACHE,
-    progress: Progress | None = None,
-    told: Callable[[str], None] | None = None,
+    progress: Progress = silent,
+    told: Callable[[str], None] = lambda _: None,
 ) -> Verification:
     """Solve the problems whose name or family fits `only` (all without), write the page `out` unless it is None.
 
@@ -107,7 +107,7 @@ def verify(
     started = time.perf_counter()
     kept, wanted = Cache(Path(cache).resolve()), chosen([only] if isinstance(only, str) else only)
     due = [problem for problem in wanted if kept.recall(problem) is None]
-    spent = run_due(kept, due, worker_count(workers), progress or silent, told or (lambda _: None))
+    spent = run_due(kept, due, worker_count(workers), progress, told)
     results = [result for problem in wanted if (result := kept.recall(problem)) is not None]
     verification = Verification(tuple(results), time.perf_counter() - started, spent)
     if out is not None:

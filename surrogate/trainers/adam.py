@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.surrogate.network import Shape
 from birdstrike.surrogate.trainers.training import Samples, Training, one_torch_thread
 
@@ -28,21 +28,18 @@ class Settings:
     learning_rate: float = 0.01
 
 
+@one_torch_thread()
 def train(
     shape: Shape,
     start: Array,
     samples: Samples,
     settings: Settings | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Training:
     """Train from the weights `start`; Adam may go uphill, so the best weights are kept. Nothing is drawn at random."""
-    with one_torch_thread():
-        return _train(shape, start, samples, settings or Settings(), progress)
-
-
-def _train(shape: Shape, start: Array, samples: Samples, rules: Settings, progress: Progress | None) -> Training:
     import torch
 
+    rules = settings or Settings()
     weights = torch.tensor(start, dtype=torch.float64, requires_grad=True)
     x, t = torch.as_tensor(samples.x), torch.as_tensor(samples.t)
     optimiser = torch.optim.Adam([weights], lr=rules.learning_rate)
@@ -57,8 +54,7 @@ def _train(shape: Shape, start: Array, samples: Samples, rules: Settings, progre
         if history[-1][0] < best_mse:
             best_mse, best = history[-1][0], now
         optimiser.step()
-        if progress is not None:
-            progress(min(1.0, len(history) / rules.epochs))
+        progress(min(1.0, len(history) / rules.epochs))
     mse, test_mse = np.array(history).T
     return Training("adam", best, mse, test_mse, np.full(len(mse), np.nan), _status(rules, len(mse) - 1, best_mse))
 

@@ -14,7 +14,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.surrogate.network import Shape, jacobian
 from birdstrike.surrogate.trainers.training import Samples, Training
 
@@ -59,20 +59,16 @@ class Weighing:
         return self.beta * error + self.alpha * squares
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def train(
     shape: Shape,
     start: Array,
     samples: Samples,
     settings: Settings | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Training:
     """Train from the weights `start`; the status says how many weights were effective."""
-    rules = settings or Settings()
-    with threadpool_limits(limits=1, user_api="blas"):
-        return _train(shape, np.array(start, dtype=np.float64), samples, rules, progress)
-
-
-def _train(shape: Shape, weights: Array, samples: Samples, rules: Settings, progress: Progress | None) -> Training:
+    rules, weights = settings or Settings(), np.array(start, dtype=np.float64)
     residuals, mu, steady = samples.t.size, rules.mu, 0
     error = samples.mse(shape, weights) * residuals
     weighing = Weighing.of(float(shape.weights), float(weights @ weights), error, residuals)
@@ -99,8 +95,7 @@ def _train(shape: Shape, weights: Array, samples: Samples, rules: Settings, prog
         if steady >= STEADY_FOR:
             why = "error and effective number of weights are steady"
             break
-        if progress is not None:
-            progress(len(history) / rules.epochs)
+        progress(len(history) / rules.epochs)
     mse, test_mse, damping = np.array(history).T
     status = (
         f"stopped at epoch {len(mse) - 1}, MSE {mse[-1]:.2e}: {why}; {weighing.gamma:.1f} of {shape.weights} weights "

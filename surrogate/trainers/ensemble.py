@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.surrogate.network import Shape, nguyen_widrow
 from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
 from birdstrike.surrogate.trainers.training import Samples, Training, one_torch_thread
@@ -23,25 +23,24 @@ if TYPE_CHECKING:
 MEMBERS = 50
 
 
+@one_torch_thread()
 def train(
     shape: Shape,
     start: Array,
     samples: Samples,
     settings: Settings | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Training:
     """Train from the starting weights `start` (N, p); weights (N, p) and mean errors over the members come back."""
     import torch  # takes seconds to load, so only who trains many networks waits for it
 
     rules = settings or Settings()
-    with one_torch_thread():
-        batch = _Batch(shape, torch.as_tensor(start), samples, rules)
-        history = [batch.errors()]
-        while len(batch.active):
-            batch.step()
-            history.append(batch.errors())
-            if progress is not None:
-                progress(float(batch.epochs.max()) / rules.epochs)
+    batch = _Batch(shape, torch.as_tensor(start), samples, rules)
+    history = [batch.errors()]
+    while len(batch.active):
+        batch.step()
+        history.append(batch.errors())
+        progress(float(batch.epochs.max()) / rules.epochs)
     mse, test_mse = np.array(history).T
     return Training("ensemble", batch.weights.numpy(), mse, test_mse, np.full(len(mse), np.nan), batch.status())
 

@@ -16,7 +16,7 @@ from scipy.linalg import get_lapack_funcs
 from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.surrogate.network import Shape, jacobian
 from birdstrike.surrogate.trainers.training import Samples, Training
 
@@ -82,23 +82,20 @@ class Linearised:
         return -np.asarray(solution, dtype=np.float64)
 
 
+# Matrices of this size lose more to waking threads than they gain.
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def train(
     shape: Shape,
     start: Array,
     samples: Samples,
     settings: Settings | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Training:
     """Train from the weights `start`; every step lowers the training error, so the last weights are the best.
 
     With a validation set in the samples, those with its smallest error are.
     """
-    # Matrices of this size lose more to waking threads than they gain.
-    with threadpool_limits(limits=1, user_api="blas"):
-        return _train(shape, start, samples, settings or Settings(), progress)
-
-
-def _train(shape: Shape, start: Array, samples: Samples, rules: Settings, progress: Progress | None) -> Training:
+    rules = settings or Settings()
     weights, mu = np.array(start, dtype=np.float64), max(rules.mu, rules.mu_min)
     workspace = np.zeros((len(samples.x), shape.outputs, shape.weights))
     history = [(samples.mse(shape, weights), samples.test_mse(shape, weights), mu)]
@@ -120,8 +117,7 @@ def _train(shape: Shape, start: Array, samples: Samples, rules: Settings, progre
         if watch.fails >= rules.max_fail:
             status = f"{_stopped(history)}: the validation error rose {watch.fails} times in a row"
             break
-        if progress is not None:
-            progress((len(history) - 1) / rules.epochs)
+        progress((len(history) - 1) / rules.epochs)
     mse, test_mse, damping = np.array(history).T
     if np.isfinite(watch.least):
         weights = watch.best

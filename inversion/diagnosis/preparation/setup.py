@@ -11,7 +11,7 @@ import numpy as np
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.progress import Progress
+from birdstrike.data.progress import Progress, silent
 from birdstrike.doe.campaign.results import is_smooth
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.preparation.plan import Plan
@@ -163,7 +163,7 @@ def make_setup(
     channels: Sequence[str],
     runs: Mapping[str, Histories],
     moved: Mapping[str, float],
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Setup:
     """Fit emulator, mesh correction and responses to those of the channels that simulations can predict.
 
