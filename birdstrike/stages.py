@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from birdstrike.data.progress import Display, Progress, no_display
-from birdstrike.data.storage.files import plain, write_json
+from birdstrike.data.storage.files import json_values, write_json
 
 if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case
@@ -36,7 +36,7 @@ class Stage:
 
     def fingerprint(self) -> str:
         """Digest of the inputs: what the stage left is valid while it stays the same."""
-        text = json.dumps(plain(self.inputs()), sort_keys=True)
+        text = json.dumps(json_values(self.inputs()), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 

@@ -223,9 +223,9 @@ def _fail(end: Ending, as_json: bool, heard: list[str]) -> NoReturn:
 
 def print_json(content: Mapping[str, Any]) -> None:
     """The machine-readable line that --json asks for, the last one on stdout."""
-    from birdstrike.data.storage.files import plain  # late, because --help has no use for numpy
+    from birdstrike.data.storage.files import json_values  # late, because --help has no use for numpy
 
-    typer.echo(json.dumps(plain({"schema_version": 1, **content}), allow_nan=False))
+    typer.echo(json.dumps(json_values({"schema_version": 1, **content}), allow_nan=False))
 
 
 def overrides(settings: Iterable[str]) -> dict[str, str]:

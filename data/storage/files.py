@@ -60,7 +60,7 @@ def write_atomically(path: Path, text: str) -> None:
 def write_json(path: Path, content: Mapping[str, Any], schema_version: int = 1) -> None:
     """Write a JSON object with its `schema_version` first; null stands for what is not finite."""
     whole = {"schema_version": schema_version, **content}
-    write_atomically(path, json.dumps(plain(whole), indent=2, allow_nan=False) + "\n")
+    write_atomically(path, json.dumps(json_values(whole), indent=2, allow_nan=False) + "\n")
 
 
 def withdraw(folder: Path, *patterns: str) -> None:
@@ -99,14 +99,14 @@ def read_json(path: Path) -> dict[str, Any]:
         raise UserError(f"{path} is damaged ({error}); delete it and repeat the command that made it") from error
 
 
-def plain(value: Any) -> Any:
+def json_values(value: Any) -> Any:
     """Numpy numbers and arrays, tuples and paths as JSON knows them; nan and inf as None."""
     if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
+        return {str(key): json_values(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple | set):
-        return [plain(entry) for entry in value]
+        return [json_values(entry) for entry in value]
     if hasattr(value, "tolist"):  # numpy's, which is not imported for a command that has no array
-        return plain(value.tolist())
+        return json_values(value.tolist())
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return str(value) if isinstance(value, Path) else value

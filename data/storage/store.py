@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 
 from birdstrike.data.histories import Histories, Snapshot
-from birdstrike.data.storage.files import plain, whole_file, write_json
+from birdstrike.data.storage.files import json_values, whole_file, write_json
 
 T = TypeVar("T")
 
@@ -55,8 +55,8 @@ def _entries(histories: Histories, meta: Mapping[str, Any]) -> Iterator[tuple[st
     """Everything that the file of a run holds, by its name in the file."""
     order = json.dumps(list(histories.channels))  # HDF5 itself sorts by name
     yield "/", Entry(None, {"schema_version": SCHEMA_VERSION, "order": order})
-    yield "summary", Entry(json.dumps(plain(histories.summary)), {})
-    yield "meta", Entry(json.dumps(plain(meta)), {})
+    yield "summary", Entry(json.dumps(json_values(histories.summary)), {})
+    yield "meta", Entry(json.dumps(json_values(meta)), {})
     yield "time", Entry(np.asarray(histories.time), {})
     yield "channels", Entry(None, {})
     for name, values in histories.channels.items():
@@ -175,7 +175,7 @@ SYNC_EVERY_S = 1.0
 def run_key(canonical: Mapping[str, Any], solver_version: str, step_factor: float = 1.0) -> str:
     """Name of a run: 32 hex digits of SHA-256 over the canonical case, the solver's version and the step factor."""
     identity = {"case": canonical, "solver": solver_version, "step_factor": float(step_factor)}
-    text = json.dumps(identity, sort_keys=True, separators=(",", ":"), allow_nan=False, default=plain)
+    text = json.dumps(identity, sort_keys=True, separators=(",", ":"), allow_nan=False, default=json_values)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 

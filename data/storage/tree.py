@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.storage.files import plain, whole_file
+from birdstrike.data.storage.files import json_values, whole_file
 
 ARRAY = "@array"
 """Key of the table that stands for an array: {"@array": number}."""
@@ -18,7 +18,7 @@ ARRAY = "@array"
 def save_tree(path: Path, tree: Mapping[str, Any]) -> None:
     """Write tables, lists, texts, numbers and arrays; what is no array must be JSON."""
     arrays: list[np.ndarray] = []
-    text = json.dumps(plain(without_arrays(tree, arrays)), allow_nan=False)
+    text = json.dumps(json_values(without_arrays(tree, arrays)), allow_nan=False)
     numbered: dict[str, Any] = {f"array_{i}": array for i, array in enumerate(arrays)}
     with whole_file(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, tree=np.array(text), **numbered)

@@ -13,7 +13,7 @@ import numpy as np
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MachineFailure, RunFailed, UserError
-from birdstrike.data.storage.files import file_digest, plain, write_json
+from birdstrike.data.storage.files import file_digest, json_values, write_json
 from birdstrike.doe.solvers import content_of
 from birdstrike.inversion.audit.draws import BASELINE, SHOTS
 from birdstrike.inversion.audit.records import Experiment, read_truth
@@ -38,7 +38,7 @@ def answer_key(experiment: Experiment, options: DiagnosisOptions, noise: int) ->
         "files": [(path.name, file_digest(path)) for path in files],
         "code": code_of("inversion"),
     }
-    return hashlib.sha256(json.dumps(plain(content), sort_keys=True).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(json_values(content), sort_keys=True).encode()).hexdigest()[:16]
 
 
 def answered(experiment: Experiment, place: Path, options: DiagnosisOptions, noise: int = 0) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from birdstrike.data.arguments import as_list, as_names, refuse_other_kinds
 from birdstrike.data.curves import Measured, as_measured, only_channels, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, RunFailed, UserError, refuse_not_whole
 from birdstrike.data.formatting import listing
-from birdstrike.data.storage.files import plain as plain_json
+from birdstrike.data.storage.files import json_values
 from birdstrike.data.storage.out_folder import fills_out
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.designs.registry import refuse_seed
@@ -212,7 +212,7 @@ def _fingerprint(runs: ModelRuns) -> str:
         "published": runs.chosen.literature,
         "code": code_of("inversion"),
     }
-    return hashlib.sha256(json.dumps(plain_json(content), sort_keys=True, default=str).encode()).hexdigest()[:32]
+    return hashlib.sha256(json.dumps(json_values(content), sort_keys=True, default=str).encode()).hexdigest()[:32]
 
 
 def _digest(record: Measured) -> str:

@@ -13,8 +13,7 @@ from pydantic import TypeAdapter
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.display import Displayed
 from birdstrike.data.errors import UserError
-from birdstrike.data.storage.files import file_in, read_json, withdraw, write_atomically, write_json
-from birdstrike.data.storage.files import plain as plain_json
+from birdstrike.data.storage.files import file_in, json_values, read_json, withdraw, write_atomically, write_json
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.labels import provenance
 from birdstrike.inversion.models.candidates import candidate
@@ -216,7 +215,7 @@ def save_comparison(folder: Path, found: ModelComparison, records: Sequence[Meas
 
     A page of this same ranking stays.
     """
-    path, content, earlier = folder / COMPARISON, plain_json(found.as_json()), None
+    path, content, earlier = folder / COMPARISON, json_values(found.as_json()), None
     with suppress(UserError):
         earlier = read_json(path)
     if earlier != content:

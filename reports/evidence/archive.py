@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.storage.files import plain, read_json, whole_file
+from birdstrike.data.storage.files import json_values, read_json, whole_file
 from birdstrike.doe.solvers import simulated_by, solver_for
 from birdstrike.inversion.train_and_invert import case_file
 from birdstrike.reports.evidence.sources import CAMPAIGN_FILES, Sources, find_sources, repeat_line, repeat_words
@@ -224,4 +224,4 @@ def _manifest(sources: Sources, entries: dict[str, bytes], versions: dict[str, s
 
 
 def _json(content: dict[str, Any]) -> bytes:
-    return (json.dumps(plain({"schema_version": 1, **content}), indent=2, allow_nan=False) + "\n").encode()
+    return (json.dumps(json_values({"schema_version": 1, **content}), indent=2, allow_nan=False) + "\n").encode()

@@ -13,7 +13,7 @@ import numpy as np
 from markupsafe import Markup
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.storage.files import plain, write_atomically
+from birdstrike.data.storage.files import json_values, write_atomically
 from birdstrike.data.storage.tree import ARRAY, without_arrays
 from birdstrike.data.units import ACCEPTED, factor
 from birdstrike.reports.explore.kinds.registry import kind_of
@@ -116,7 +116,7 @@ def packed(tree: Mapping[str, Any]) -> tuple[str, str]:
         buffer.extend(b"\0" * (-len(buffer) % 8))
         places.append({"at": len(buffer), "shape": list(array.shape), "bits": 8 * array.dtype.itemsize})
         buffer.extend(np.ascontiguousarray(array).tobytes())
-    text = json.dumps(plain({"tree": bare, "arrays": places, "mark": ARRAY}), allow_nan=False)
+    text = json.dumps(json_values({"tree": bare, "arrays": places, "mark": ARRAY}), allow_nan=False)
     return text.replace("<", "\\u003c"), base64.b64encode(bytes(buffer)).decode("ascii")
 
 

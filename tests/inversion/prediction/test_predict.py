@@ -16,7 +16,7 @@ from typer.testing import CliRunner, Result
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
-from birdstrike.data.storage.files import plain
+from birdstrike.data.storage.files import json_values
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.prediction.answer import Prediction
 from birdstrike.inversion.prediction.from_inversion import CALIBRATED, read_inversion
@@ -67,7 +67,7 @@ def test_a_prediction_is_read_back_from_its_folder(learnt: Path, tmp_path: Path)
     made = predicted(learnt, tmp_path / "out", limits={"displacement_centre": "4 mm"})
     for place in (tmp_path / "out", str(tmp_path / "out" / "prediction.json")):
         again = Prediction.load(place)
-        assert plain(again.figures()) == plain(made.figures())
+        assert json_values(again.figures()) == json_values(made.figures())
         pd.testing.assert_frame_equal(again.to_dataframe(), made.to_dataframe(), rtol=1e-8)
         assert again.bands["displacement_side"].kind == "displacement"
     (tmp_path / "out" / "prediction.csv").unlink()
