@@ -101,13 +101,6 @@ class HexMesh:
         return x[:, to] - x[:, :, None]
 
     @property
-    def scaled_jacobian(self) -> Array:
-        """Of each cell's worst corner, (e,): 1 for a cuboid, 0 where a corner is flat, negative where it is turned."""
-        edges = self.corner_edges
-        lengths = np.linalg.norm(edges, axis=-1).prod(axis=-1)
-        return (np.linalg.det(edges) / lengths).min(axis=1)
-
-    @property
     def volumes(self) -> Array:
         """Of each cell, (e,) [m^3], exact for trilinear cells (2 x 2 x 2 Gauss points)."""
         x = self.nodes[self.cells]

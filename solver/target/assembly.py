@@ -16,7 +16,7 @@ from birdstrike.solver.target.links.ties import Ties
 from birdstrike.solver.target.mesh import ShellMesh
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.shell_block import ShellBlock
-from birdstrike.solver.target.supports import DISPLACEMENTS, ROTATIONS, Supports
+from birdstrike.solver.target.supports import DISPLACEMENTS, Supports
 
 
 class Target:
@@ -138,11 +138,6 @@ class Target:
     def fixed(self) -> NDArray[np.bool_]:
         """Nodes held in all displacements, (m,)."""
         return self.nodes.held & DISPLACEMENTS == DISPLACEMENTS
-
-    @property
-    def fixed_rotation(self) -> NDArray[np.bool_]:
-        """Nodes held in all rotations, (m,)."""
-        return self.nodes.held & ROTATIONS == ROTATIONS
 
     @property
     def energies(self) -> dict[str, float]:

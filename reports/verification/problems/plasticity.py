@@ -153,12 +153,6 @@ def nurick_plate(number: float = 14.0, elements: int = 16) -> Compared:
     return Compared(np.array([dented(MILD_STEEL, number, elements).permanent]), np.array([nurick_deflection(number)]))
 
 
-def jones_plate(number: float = 8.0, elements: int = 16) -> tuple[float, float, float]:
-    """Permanent deflection over thickness without rate hardening, and Jones's lower and upper bracket."""
-    found = dented(RATELESS_STEEL, number, elements).permanent
-    return found, jones_deflection(number), jones_deflection(number, 0.618)
-
-
 def shear_stress_at_rate(material: ShellMaterial, rate: float, dt: float, steps: int = 2000) -> Compared:
     """Stress [Pa] after a steady engineering shear rate [1/s] against Cowper and Symonds' closed form."""
     layer = Layer(material.row())

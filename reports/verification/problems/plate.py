@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pandas as pd
 
 from birdstrike.data.histories import Array
-from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.draw import Curve, Panel, draw
 from birdstrike.reports.verification.problem import Computed, Picture, Problem, Solution, matches
 from birdstrike.solver.reference.plate_membrane import LENGTH, THICKNESS, WIDTH, von_karman_deflection
@@ -22,9 +20,6 @@ from birdstrike.solver.target.supports import EdgeStiffness
 
 RITZ = RitzPlate(0.525, 0.430, 0.010, 71e9, 0.3, 2780.0)
 ALUMINIUM = ShellMaterial(RITZ.young, RITZ.poisson, RITZ.density)
-MESHES = ((25, 20), (50, 40), (100, 80))
-LINEAR_LOAD, LARGE_LOAD = 30.0, 30e3  # N on the central 100 x 100 mm; the reference's is the large one
-RESPONSES = {"mindlin_ritz_lin_mm": LINEAR_LOAD, "ccx_S4_n16_nl_mm": LARGE_LOAD}
 
 
 @dataclass(frozen=True)
@@ -40,28 +35,9 @@ class Compared:
         return float(np.abs(self.computed / self.reference - 1.0).max())
 
 
-@dataclass(frozen=True)
-class Response:
-    """Centre displacement [m] at the reference's times [s]."""
-
-    time: Array
-    computed: Array
-    reference: Array
-
-    @property
-    def rms_of_peak(self) -> float:
-        """RMS difference over the reference's largest value."""
-        return float(np.sqrt(np.mean((self.computed - self.reference) ** 2)) / np.abs(self.reference).max())
-
-
 def shells(elements: tuple[int, int], edges: str | EdgeStiffness = "clamped", damping: float = 0.0) -> Target:
     """The reference's plate, 525 x 430 x 10 mm of elastic aluminium."""
     return plate_of(plate_mesh(RITZ.length, RITZ.width, elements), RITZ.thickness, ALUMINIUM, edges, damping)
-
-
-def clamped_frequencies(elements: tuple[int, int] = (50, 40)) -> Compared:
-    """First three frequencies [Hz] of the shells against Ritz on Mindlin's plate (397.7, 708.2, 897.6 Hz)."""
-    return Compared(natural_frequencies(shells(elements))[0], ritz_frequencies(RITZ, terms=12))
 
 
 def spring_frequencies(rotational: float, elements: tuple[int, int] = (50, 40)) -> Compared:
@@ -124,19 +100,6 @@ def respond(plate: Target, load: Array, end: float) -> tuple[Array, Array]:
         plate.update_energies()
         plate.kick_and_drift(dt if step else 0.5 * dt, dt, load)
     return dt * np.arange(steps), w
-
-
-def step_response(column: str, elements: tuple[int, int] = (50, 40)) -> Response:
-    """The centre's response to 30 kN applied at once, against a column of the reference (see RESPONSES).
-
-    The linear columns are compared with the response to a thousandth of the load, times a thousand.
-    """
-    table = pd.read_csv(REFERENCE / "plate_step_response.csv", comment="#")
-    time, reference = table["t_ms"].to_numpy() * 1e-3, table[column].to_numpy() * 1e-3
-    force = LINEAR_LOAD if column.endswith("_lin_mm") else LARGE_LOAD
-    plate = shells(elements)
-    at, w = respond(plate, central_load(plate, force), time[-1] + 1e-5)
-    return Response(time, LARGE_LOAD / force * np.interp(time, at, w), reference)
 
 
 def damping_decrement(damping: float = 100.0, elements: tuple[int, int] = (16, 14)) -> Compared:

@@ -21,7 +21,7 @@ from birdstrike.solver.target.links.ties import TieData, Ties
 from birdstrike.solver.target.modes import natural_frequencies
 from birdstrike.solver.target.part_mesh import PartMesh, Patch, Row, merged
 from birdstrike.solver.target.shell_block import ShellBlock
-from birdstrike.solver.target.supports import NAMED, EdgeStiffness
+from birdstrike.solver.target.supports import NAMED, ROTATIONS, EdgeStiffness
 from birdstrike.solver.target.triangle_block import TriangleBlock
 from tests.solver.target.triangles import cut
 
@@ -329,7 +329,7 @@ def test_nodes_whose_rotations_alone_are_held_are_not_tied():
     data = dict.fromkeys(parts.parts, PartData(2e-3, METAL))
     links = LinkData({"seam": TieData("right", "left", 1e-4)})
     target = assembled(replace(parts, sets={**parts.sets, **sets}), data, supports, links=links)
-    assert target.fixed_rotation[sets["near"]].all()
+    assert (target.nodes.held[sets["near"]] == ROTATIONS).all()
     assert list(ties_in(target).followers) == list(parts.sets["right"][3:5])
 
 
