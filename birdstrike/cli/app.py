@@ -13,7 +13,8 @@ from typing import Annotated, Any, cast
 import typer
 from typer.core import TyperCommand
 
-from birdstrike.cli.frame import missing_sign, print_json
+from birdstrike.cli.frame import print_json
+from birdstrike.cli.options import missing_sign
 from birdstrike.data.errors import UserError
 
 COMMANDS = (

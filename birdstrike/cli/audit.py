@@ -10,7 +10,8 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import Json, RetryFailed, Workers, console, framed, progress_bar, say
+from birdstrike.cli.frame import console, framed, progress_bar, say
+from birdstrike.cli.options import Json, RetryFailed, Workers
 
 CASE = "audit_strike"
 USUAL = {"make": 0, "make-forms": 0, "case": CASE, "draws": 1, "no-confirm": False, "alpha": 0.05, "seed": 0}

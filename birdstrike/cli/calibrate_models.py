@@ -10,22 +10,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from birdstrike.cli.frame import (
+from birdstrike.cli.frame import console, framed, progress_bar, say, warn
+from birdstrike.cli.next_steps import following
+from birdstrike.cli.options import (
+    CaseName,
     Channels,
     Json,
     RetryFailed,
     Settings,
     ShotCases,
     ShotRecords,
-    console,
-    framed,
+    Workers,
     names_of,
     overrides,
-    progress_bar,
-    say,
-    warn,
 )
-from birdstrike.cli.next_steps import following
 
 if TYPE_CHECKING:
     from birdstrike.inversion.models.results import ModelComparison
@@ -33,7 +31,7 @@ if TYPE_CHECKING:
 
 @framed
 def command(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    case: CaseName,
     measured: ShotRecords,
     out: Annotated[Path, typer.Option(help="Folder for models.json, the page and a folder a model; again to resume.")],
     models: Annotated[
@@ -49,7 +47,7 @@ def command(
         int, typer.Option(help="Simulations of each campaign, 8 to 2000; at most 15 more near the answer.")
     ] = 20,
     seed: Annotated[int, typer.Option(min=0, help="Of designs, emulators, sampling and bootstrap.")] = 0,
-    workers: Annotated[int | None, typer.Option(help="Simulations at a time; all cores by default.")] = None,
+    workers: Workers = None,
     posterior: Annotated[bool, typer.Option(help="Draw the posteriors; else linearised intervals.")] = True,
     optimisers: Annotated[
         str,

@@ -8,19 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from birdstrike.cli.frame import (
-    HEARD,
-    Json,
-    Settings,
-    console,
-    framed,
-    overrides,
-    progress_bar,
-    refuse_other_picture,
-    say,
-    warn,
-)
+from birdstrike.cli.frame import HEARD, console, framed, progress_bar, say, warn
 from birdstrike.cli.next_steps import following, set_again
+from birdstrike.cli.options import Json, Settings, overrides, refuse_other_picture
 from birdstrike.data.errors import CaseError, UserError
 
 if TYPE_CHECKING:

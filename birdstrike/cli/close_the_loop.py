@@ -10,20 +10,21 @@ from typing import Annotated, Any
 
 import typer
 
-from birdstrike.cli.diagnose import BaselineBird
-from birdstrike.cli.frame import (
+from birdstrike.cli.frame import framed, progress_bar, say, warn
+from birdstrike.cli.next_steps import command_line
+from birdstrike.cli.options import (
+    BaselineBird,
+    BaselineCases,
+    Baselines,
+    CaseName,
     Channels,
     Json,
     RetryFailed,
     Settings,
-    framed,
+    Workers,
     names_of,
     overrides,
-    progress_bar,
-    say,
-    warn,
 )
-from birdstrike.cli.next_steps import command_line
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.progress import Progress
 
@@ -39,7 +40,7 @@ class LoopTrainer(StrEnum):
 
 @framed
 def command(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    case: CaseName,
     measured: Annotated[
         str, typer.Option(help="Measured-data CSV of one shot, or the name of a shipped curve; of several: diagnose.")
     ],
@@ -49,16 +50,12 @@ def command(
     ] = DESIGN,
     runs: Annotated[int, typer.Option(help="Number of runs; a FILE is run whole.")] = RUNS,
     seed: Annotated[int, typer.Option(min=0, help="Of the design, the network and the emulator's fit.")] = 0,
-    workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores by default.")] = None,
+    workers: Workers = None,
     trainer: Annotated[LoopTrainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = LoopTrainer.lm,
     diagnosis: Annotated[bool, typer.Option(help="Trace the residual to an effect that the model lacks.")] = True,
     channels: Channels = "",
-    baseline: Annotated[
-        list[str], typer.Option(help="Record of the same rig in which nothing is suspected; may be given again.")
-    ] = [],  # noqa: B006 (typer copies it)
-    baseline_case: Annotated[
-        list[str], typer.Option(help="Case of each --baseline, in order; none: all are of CASE.")
-    ] = [],  # noqa: B006
+    baseline: Baselines = [],  # noqa: B006 (typer copies it)
+    baseline_case: BaselineCases = [],  # noqa: B006
     baseline_bird: BaselineBird = None,
     doe: Annotated[
         Path | None,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, Settings, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.frame import framed, progress_bar, say, warn
+from birdstrike.cli.options import CaseName, Json, Settings, overrides
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.progress import Progress, silent
 
@@ -160,7 +161,7 @@ def _ours(case: Case, solver: Solver, folder: Path, progress: Progress) -> Finis
 
 @framed
 def command(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    case: CaseName,
     histories: Annotated[
         list[Path], typer.Option(metavar="FILE", help="The other code's curves; repeatable with --deck.")
     ],

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, RetryFailed, framed, progress_bar, say
+from birdstrike.cli.frame import framed, progress_bar, say
+from birdstrike.cli.options import Json, RetryFailed
 from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import UserError, refuse_not_whole
 from birdstrike.data.formatting import key_labels

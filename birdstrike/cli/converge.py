@@ -11,8 +11,9 @@ from rich.box import SIMPLE
 from rich.markup import escape
 from rich.table import Table
 
-from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.frame import console, framed, progress_bar, say, warn
 from birdstrike.cli.next_steps import following, set_again
+from birdstrike.cli.options import CaseName, Json, RetryFailed, Settings, Workers, overrides
 from birdstrike.data.arguments import as_path
 from birdstrike.data.progress import Progress, silent
 from birdstrike.data.storage.out_folder import fills_out
@@ -91,7 +92,7 @@ def _write(out: Path, case: Case, ratio: float, found: MeshConvergence) -> None:
 
 @framed
 def command(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    case: CaseName,
     out: Annotated[Path, typer.Option(help="Folder of the study; run again to resume.")],
     settings: Settings = [],  # noqa: B006 (typer copies it)
     ratio: Annotated[float, typer.Option(help="Ratio of the spacings of neighbouring meshes, 1.1 .. 2.")] = RATIO,
@@ -104,7 +105,7 @@ def command(
             "else finest.",
         ),
     ] = "auto",
-    workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores by default.")] = None,
+    workers: Workers = None,
     retry_failed: RetryFailed = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +11,12 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import (
+from birdstrike.cli.frame import console, framed, progress_bar, say, warn
+from birdstrike.cli.next_steps import following
+from birdstrike.cli.options import (
+    BaselineBird,
+    BaselineCases,
+    Baselines,
     Channels,
     Json,
     RetryFailed,
@@ -20,16 +24,10 @@ from birdstrike.cli.frame import (
     ShotCases,
     ShotRecords,
     Workers,
-    console,
-    framed,
     names_of,
     overrides,
-    progress_bar,
     refinement_runs,
-    say,
-    warn,
 )
-from birdstrike.cli.next_steps import following
 from birdstrike.data.progress import Progress, no_display
 from birdstrike.stages import STILL_VALID, Ledger, Stage, inputs_of_diagnosis, run_stages
 
@@ -39,36 +37,14 @@ if TYPE_CHECKING:
 MOST_ROWS = 12
 
 
-class Bird(StrEnum):
-    """What is known of a baseline's bird beside the shot's."""
-
-    auto = "auto"
-    same = "same"
-    recipe = "recipe"
-    other = "other"
-
-
-BaselineBird = Annotated[
-    Bird | None,
-    typer.Option(
-        help="Birds of shots and baselines. same: of one batch, cast and shot alike; recipe: cast by one recipe; "
-        "other: unlike; auto (default): not known, the records decide."
-    ),
-]
-
-
 @framed
 def command(
     case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case: the model as declared.")],
     measured: ShotRecords,
     out: Annotated[Path, typer.Option(help="Folder of the diagnosis; run again to resume.")],
     shot_case: ShotCases = [],  # noqa: B006 (typer copies it)
-    baseline: Annotated[
-        list[str], typer.Option(help="Record of the same rig in which nothing is suspected; may be given again.")
-    ] = [],  # noqa: B006
-    baseline_case: Annotated[
-        list[str], typer.Option(help="Case of each --baseline, in order; none: all are of CASE.")
-    ] = [],  # noqa: B006
+    baseline: Baselines = [],  # noqa: B006
+    baseline_case: BaselineCases = [],  # noqa: B006
     baseline_bird: BaselineBird = None,
     doe: Annotated[Path | None, typer.Option(help="Folder of a campaign whose runs are used where they fit.")] = None,
     heldout: Annotated[str | None, typer.Option(help="Another record of the same case, kept out of every fit.")] = None,

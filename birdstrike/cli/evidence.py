@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, console, framed, say, warn
+from birdstrike.cli.frame import console, framed, say, warn
+from birdstrike.cli.options import Json
 
 if TYPE_CHECKING:
     from birdstrike.reports.evidence.archive import Evidence

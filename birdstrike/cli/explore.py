@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, framed, say
+from birdstrike.cli.frame import framed, say
+from birdstrike.cli.options import Json
 
 
 @framed

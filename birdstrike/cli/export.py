@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, Settings, console, framed, overrides, say
+from birdstrike.cli.frame import console, framed, say
 from birdstrike.cli.next_steps import following, set_again
+from birdstrike.cli.options import Json, Settings, overrides
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import many
 from birdstrike.data.unit_systems import SYSTEMS, unit_system

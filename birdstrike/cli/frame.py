@@ -11,8 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import zip_longest
-from pathlib import Path
-from typing import Annotated, Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import typer
 from rich.console import Console
@@ -37,36 +36,6 @@ MOST_WARNINGS = 5
 
 HEARD = "the output of --json"
 """What holds the warnings that were given on the way to a result."""
-
-Json = Annotated[bool, typer.Option("--json", help="End with one machine-readable JSON line.")]
-RetryFailed = Annotated[
-    bool, typer.Option("--retry-failed", help="Run again what is on record as failed; each failed run once.")
-]
-Channels = Annotated[
-    str,
-    typer.Option(
-        "--channels", metavar="NAME,...", help="Channels that are used, of each record those it has; all by default."
-    ),
-]
-ShotRecords = Annotated[
-    list[str],
-    typer.Option("--measured", help="Measured-data CSV, or the name of a shipped curve; again for each further shot."),
-]
-ShotCases = Annotated[
-    list[str], typer.Option("--case", help="Case of each further --measured, in order; none: all are of CASE.")
-]
-Workers = Annotated[int | None, typer.Option(min=1, help="Simulations at a time; all cores by default.")]
-Settings = Annotated[
-    list[str], typer.Option("--set", metavar="KEY=VALUE", help='Override the case: --set plate.thickness="8 mm".')
-]
-
-
-def names_of(text: str, option: str = "--channels", example: str = "displacement_centre") -> tuple[str, ...]:
-    """The names in a list with commas; raises UserError for a list without any, with the option and an example."""
-    names = tuple(name.strip() for name in text.split(",") if name.strip())
-    if text and not names:
-        raise UserError(f'{option} "{text}" names nothing; give names with commas between, such as {example}')
-    return names
 
 
 def say(text: str = "") -> None:
@@ -228,19 +197,6 @@ def print_json(content: Mapping[str, Any]) -> None:
     typer.echo(json.dumps(json_values({"schema_version": 1, **content}), allow_nan=False))
 
 
-def overrides(settings: Iterable[str]) -> dict[str, str]:
-    """Dotted keys and texts of `--set key=value` options; raises UserError."""
-    pairs = [setting.partition("=") for setting in settings]
-    if unread := [missing_sign(key) for key, sign, _ in pairs if not sign]:
-        raise UserError(unread)
-    return {key.strip(): value.strip() for key, _, value in pairs}
-
-
-def missing_sign(setting: str) -> str:
-    """What is wrong with a --set that has no sign."""
-    return f'--set {setting}: write --set key=value, such as --set plate.thickness="8 mm"'
-
-
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
     """A bar with the time left, fed with fractions 0..1; it appears once the work promises to last over 2 s.
@@ -268,22 +224,3 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
     finally:
         if bar.live.is_started:
             bar.stop()
-
-
-PICTURES = (".png", ".svg", ".pdf")
-"""Endings of `--picture`."""
-
-
-def refuse_other_picture(path: str | Path | None) -> None:
-    """Raise UserError for a picture whose ending names no format that can be written."""
-    if path is not None and Path(path).suffix.lower() not in PICTURES:
-        raise UserError(f"--picture {path}: a picture ends in {', '.join(PICTURES)}, which tells its format")
-
-
-def refinement_runs(text: str) -> int | str:
-    """Runs that may be added; "auto" as it is. Raises UserError."""
-    from birdstrike.inversion.estimation.refinement import refuse_budget
-
-    runs = int(text) if text.isdecimal() else text
-    refuse_budget(runs)
-    return runs

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, framed, refuse_other_picture, say
+from birdstrike.cli.frame import framed, say
 from birdstrike.cli.next_steps import case_here, following
+from birdstrike.cli.options import Json, refuse_other_picture
 from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import MeasuredError, UnitError, UserError
 

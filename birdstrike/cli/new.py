@@ -7,8 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, framed, say
+from birdstrike.cli.frame import framed, say
 from birdstrike.cli.next_steps import following
+from birdstrike.cli.options import Json
 from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import UserError
 from birdstrike.data.paths import TEMPLATES

@@ -10,19 +10,8 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import (
-    Json,
-    RetryFailed,
-    Settings,
-    Workers,
-    console,
-    framed,
-    names_of,
-    overrides,
-    progress_bar,
-    say,
-    warn,
-)
+from birdstrike.cli.frame import console, framed, progress_bar, say, warn
+from birdstrike.cli.options import Json, RetryFailed, Settings, Workers, names_of, overrides
 from birdstrike.data.errors import UserError
 
 if TYPE_CHECKING:

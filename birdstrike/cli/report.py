@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, framed, progress_bar, say
+from birdstrike.cli.frame import framed, progress_bar, say
 from birdstrike.cli.next_steps import following, record_here
+from birdstrike.cli.options import Json
 
 if TYPE_CHECKING:
     from birdstrike.reports.results.parts import Parts

@@ -11,8 +11,9 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.frame import console, framed, progress_bar, say, warn
 from birdstrike.cli.next_steps import command_line, following, record_here, set_again
+from birdstrike.cli.options import CaseName, Json, RetryFailed, Settings, Workers, overrides
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.formatting import many
 
@@ -100,7 +101,7 @@ def run_doe(
 
 @framed
 def command(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    case: CaseName,
     out: Annotated[Path, typer.Option(help="Folder of the campaign; run again to resume or extend.")],
     design: Annotated[
         str,
@@ -116,7 +117,7 @@ def command(
         typer.Option(help="Number of runs; more than the folder holds are added to them. A FILE is run whole."),
     ] = RUNS,
     seed: Annotated[int, typer.Option(help="The same seed gives the same design.")] = 0,
-    workers: Annotated[int | None, typer.Option(help="Runs at a time, each on one core; all cores by default.")] = None,
+    workers: Workers = None,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A Dask cluster in place of this machine: tcp://host:8786.")
     ] = None,

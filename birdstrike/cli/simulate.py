@@ -12,8 +12,9 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.check import pieces
-from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.frame import console, framed, progress_bar, say, warn
 from birdstrike.cli.next_steps import following, set_again
+from birdstrike.cli.options import CaseName, Json, Settings, overrides
 from birdstrike.data.errors import UserError, refuse_not_whole
 from birdstrike.data.progress import Progress, silent
 
@@ -68,7 +69,7 @@ def simulate(
 
 @framed
 def command(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    case: CaseName,
     out: Annotated[Path, typer.Option(help="Folder for histories.csv and summary.json.")],
     settings: Settings = [],  # noqa: B006 (typer copies it)
     fields: Annotated[bool, typer.Option("--fields", help="Write VTU files for ParaView at time.snapshots.")] = False,

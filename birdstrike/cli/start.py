@@ -13,8 +13,9 @@ import typer
 from rich.markup import escape
 
 from birdstrike.cli.close_the_loop import diagnosis_lines, stage_display
-from birdstrike.cli.frame import Json, Workers, errors, framed, say, warn
+from birdstrike.cli.frame import errors, framed, say, warn
 from birdstrike.cli.next_steps import command_line
+from birdstrike.cli.options import Json, Workers
 from birdstrike.data.arguments import as_path
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.progress import Display, no_display

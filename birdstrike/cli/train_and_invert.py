@@ -10,20 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from birdstrike.cli.frame import (
-    Channels,
-    Json,
-    RetryFailed,
-    ShotRecords,
-    console,
-    framed,
-    names_of,
-    progress_bar,
-    refinement_runs,
-    say,
-    warn,
-)
+from birdstrike.cli.frame import console, framed, progress_bar, say, warn
 from birdstrike.cli.next_steps import following
+from birdstrike.cli.options import Channels, Json, RetryFailed, ShotRecords, names_of, refinement_runs
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import key_labels
 

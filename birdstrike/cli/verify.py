@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from birdstrike.cli.frame import Json, console, errors, framed, progress_bar, say
+from birdstrike.cli.frame import console, errors, framed, progress_bar, say
+from birdstrike.cli.options import Json
 from birdstrike.data.errors import RunFailed
 
 if TYPE_CHECKING:

@@ -12,7 +12,8 @@ import typer
 from typer.testing import CliRunner
 
 from birdstrike.cli import frame
-from birdstrike.cli.frame import Json, framed, names_of, overrides, progress_bar, say, warn
+from birdstrike.cli.frame import framed, progress_bar, say, warn
+from birdstrike.cli.options import Json, names_of, overrides
 from birdstrike.data.errors import CaseError, MachineFailure, RunFailed, UserError
 
 
