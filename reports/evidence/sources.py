@@ -76,21 +76,14 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     held = parts.inversion / case_file(1)
     case = _case(options["cases"], held if held.is_file() else campaigns[0] / "case.toml", campaigns[0])
     report = next((page for page in (folder / "report.html", parts.inversion / "report.html") if page.is_file()), None)
-    unrepeated = no_command(options)
-    points = [
-        *told,
-        *([unrepeated] if unrepeated else []),
-        *([] if report else [f"no report.html in {folder.name}: make it with birdstrike report"]),
-    ]
-    beside: tuple[Path, ...] = ()
     diagnosed = None if parts.diagnosis is None else Diagnosis.read(parts.diagnosis / "diagnosis.json")
     if diagnosed is None:
-        points.append(
-            parts.other_diagnosis or "no diagnosis: whether an effect is missing from the model was not asked"
-        )
+        unasked = "no diagnosis: whether an effect is missing from the model was not asked"
+        beside, points = (), [parts.other_diagnosis or unasked]
     else:
-        beside, more = of_diagnosis(diagnosed, records)
-        points += more
+        beside, points = of_diagnosis(diagnosed, records)
+    if report is None:
+        points = [f"no report.html in {folder.name}: make it with birdstrike report", *points]
     return Sources(
         folder=folder,
         inversion=parts.inversion,
@@ -104,7 +97,7 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
         case=case,
         options=options,
         report=report,
-        open_points=tuple(points),
+        open_points=(*told, *filter(None, [no_command(options)]), *points),
     )
 
 

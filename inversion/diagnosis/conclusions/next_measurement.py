@@ -10,7 +10,7 @@ own comes first.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -102,21 +102,11 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
     def chance(information: Array, r: int) -> float:
         return expected(information, r, sizes, weights, none)
 
-    now, found = chance(gram, columns), list[tuple[float, str, str]]()
+    now = chance(gram, columns)
+    sensors = _further_sensors(ranking, shot, compared)
+    found = [(chance(gram + more, columns), name, what) for name, what, more in sensors]
     if not any(one.baseline for one in ranking.problem.shots):
         found.append((chance(*_beside_clean_shot(ranking, compared)), BASELINE, CLEAN_SHOT))
-    measured = [one for one in ranking.problem.shots if not one.baseline]
-    there = {name for one in measured for name in (*one.channels, *one.setup.unpredictable)}
-    for name, sensor in shot.setup.plan.coarse.sensors.items():
-        if name in there or sensor.kind == "contact_force":
-            continue
-        own = [one for one in measured if name in one.setup.plan.coarse.sensors]
-        more = [one for one in (sensor_information(ranking, s, name, compared) for s in own) if one is not None]
-        if more:
-            where = "one more sensor in every shot" if len(measured) > 1 else "one more sensor"
-            found.append(
-                (chance(gram + sum(more), columns), name, f"{where}, {described(name, sensor, shot.setup.plan.case)}")
-            )
     found.sort(reverse=True)
     needed = ""
     if other_bird:
@@ -125,18 +115,30 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
     if not found:
         return None
     best, name, what = found[0]
-    listed = tuple({"channel": n, "expected_probability": p, "what": w} for p, n, w in found)
-    likeliest = max(none, float(weights.max())) / (none + float(weights.sum()))
     return Proposal(
         channel=name,
         separates=separates,
         expected=best,
         now=now,
         what=what,
-        candidates=listed,
+        candidates=tuple({"channel": n, "expected_probability": p, "what": w} for p, n, w in found),
         needed=needed,
-        likeliest=likeliest,
+        likeliest=max(none, float(weights.max())) / (none + float(weights.sum())),
     )
+
+
+def _further_sensors(ranking: Ranking, shot: Shot, compared: list[str]) -> Iterator[tuple[str, str, Array]]:
+    """Sensors of the plan that no record has: name, in words, and their information in all shots together."""
+    measured = [one for one in ranking.problem.shots if not one.baseline]
+    there = {name for one in measured for name in (*one.channels, *one.setup.unpredictable)}
+    where = "one more sensor in every shot" if len(measured) > 1 else "one more sensor"
+    for name, sensor in shot.setup.plan.coarse.sensors.items():
+        if name in there or sensor.kind == "contact_force":
+            continue
+        own = [one for one in measured if name in one.setup.plan.coarse.sensors]
+        more = [one for one in (sensor_information(ranking, s, name, compared) for s in own) if one is not None]
+        if more:
+            yield name, f"{where}, {described(name, sensor, shot.setup.plan.case)}", np.sum(more, axis=0)
 
 
 def _likeliest(ranking: Ranking, compared: list[str]) -> int:
