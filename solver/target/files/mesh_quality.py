@@ -87,18 +87,13 @@ def findings_of(mesh: PartMesh) -> Iterator[Finding]:
     twice = np.ones(len(mesh.quads), np.bool_)
     twice[first] = False
     yield from _told(mesh, FAULT, twice, "lie on the nodes of another; delete them")
-    sound = ~point
-    aspect = np.where(sound, shapes.longest / np.maximum(shapes.width, 1e-30), 1.0)
-    for (low, high), severity in ((WARPED, FAULT), (WARPED, WARNING)):
-        bad, limit = (shapes.warp > high, high) if severity == FAULT else (_between(shapes.warp, low, high), low)
-        meaning = "" if severity == FAULT else ": their bending is that of a flat shell"
-        what = f"are warped by more than {limit:.0f} degrees{meaning}; refine the mesh or split them into triangles"
-        yield from _told(mesh, severity, bad & sound, what, shapes.warp, "degrees")
-    for (low, high), severity in ((SLENDER, FAULT), (SLENDER, WARNING)):
-        bad, limit = (aspect > high, high) if severity == FAULT else (_between(aspect, low, high), low)
-        meaning = "" if severity == FAULT else ": stresses along them are coarse, and they rule the time step"
-        what = f"are more than {limit:.0f} times as long as wide{meaning}; mesh them anew"
-        yield from _told(mesh, severity, bad & sound, what, aspect, "times")
+    warp = np.where(point, 0.0, shapes.warp)
+    what = "are warped by more than {:.0f} degrees{}; refine the mesh or split them into triangles"
+    yield from _graded(mesh, warp, WARPED, what, ": their bending is that of a flat shell", "degrees")
+    aspect = np.where(point, 1.0, shapes.longest / np.maximum(shapes.width, 1e-30))
+    what = "are more than {:.0f} times as long as wide{}; mesh them anew"
+    coarse = ": stresses along them are coarse, and they rule the time step"
+    yield from _graded(mesh, aspect, SLENDER, what, coarse, "times")
     yield from _not_joined(mesh)
     yield from _wound_against(mesh)
 
@@ -111,8 +106,13 @@ def _turned_inwards(mesh: PartMesh) -> NDArray[np.bool_]:
     return (turn < -2e-6 * (vectors**2).sum(axis=1)[:, None]).any(axis=1) & ~is_triangle(mesh.quads)
 
 
-def _between(values: Array, low: float, high: float) -> NDArray[np.bool_]:
-    return (values > low) & (values <= high)
+def _graded(
+    mesh: PartMesh, values: Array, limits: tuple[float, float], what: str, meaning: str, unit: str
+) -> Iterator[Finding]:
+    """Shells above the upper limit, which are faults, and between the limits; what: with the limit and the meaning."""
+    low, high = limits
+    yield from _told(mesh, FAULT, values > high, what.format(high, ""), values, unit)
+    yield from _told(mesh, WARNING, (values > low) & (values <= high), what.format(low, meaning), values, unit)
 
 
 def _not_joined(mesh: PartMesh) -> Iterator[Finding]:
