@@ -153,7 +153,7 @@ def main() -> None:
     for truth, record in records(asked.runs, base, dataset, asked.records):
         larger = Measured(TIMES, {CHANNEL: BEYOND * record.channels[CHANNEL]}, {}, record.units)
         for place, one in (("within", record), ("beyond", larger)):
-            found = locate(dataset, one, options, emulator, lambda _: None)
+            found = locate(dataset, one, options, emulator)
             trained = trained or networks(dataset, found, kinds, asked.trainer, asked.seed)
             scores[place]["emulator"].add(dict(by_emulator(found.calibration).estimates), truth, dataset)
             drift = clock_drift(found.calibration.calibrator, found.calibration.modes[0], found.origin)

@@ -101,7 +101,7 @@ def invert(
     """
     choice = options or InversionOptions()
     methods = choice.methods()
-    located = locate(dataset, measured, choice, emulator, part_of(progress, 0.0, 0.2), columns)
+    located = locate(dataset, measured, choice, emulator, columns, part_of(progress, 0.0, 0.2))
     proposals, network, training, of_network = {}, None, None, ()
     if "network" in methods:
         network, answer, training = answer_of_network(located, choice, part_of(progress, 0.2, 0.3))

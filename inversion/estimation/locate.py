@@ -11,7 +11,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing, plain, quantity, span
-from birdstrike.data.progress import Progress, part_of
+from birdstrike.data.progress import Progress, part_of, silent
 from birdstrike.doe.designs.quality import Quality, weakest_quality
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.answers.proposal import Calibration
@@ -123,13 +123,14 @@ def locate(
     dataset: Dataset,
     measured: Measured,
     choice: InversionOptions,
-    fitted: Emulator | None,
-    progress: Progress,
+    fitted: Emulator | None = None,
     columns: Columns | None = None,
+    progress: Progress = silent,
 ) -> Located:
     """Accept the design, fit the emulator, calibrate it with the time origin, and check the prior predictive.
 
-    The columns of known error are taken at a first fit without them. A measured record's drift: see `unseen_drift`.
+    fitted: an emulator of the same runs, else it is fitted here. The columns of known error are taken at a first fit
+    without them. A measured record's drift: see `unseen_drift`.
     """
     observations = observe(measured, dataset, choice.noise, choice.time_offset)
     design = design_figures(dataset)

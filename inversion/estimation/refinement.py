@@ -52,7 +52,7 @@ def refine(
     added, errors, shares = list[dict[str, float]](), list[float](), list[float]()
     choice = options.fit_alone
     while True:
-        located = locate(dataset, measured, choice, None, silent, columns)
+        located = locate(dataset, measured, choice, columns=columns)
         calibration, mode = located.calibration, located.calibration.modes[0]
         errors.append(emulator_error(calibration.calibrator, mode))
         shares.append(added_variance(calibration.raised, mode))

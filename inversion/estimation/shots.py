@@ -19,7 +19,7 @@ from birdstrike.data.curves import Measured, on_one_clock
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.progress import Progress, silent
+from birdstrike.data.progress import Progress
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import Columns
@@ -174,7 +174,7 @@ def with_scatter(joint: Joint) -> tuple[Joint, float]:
     costs = []
     for share in SCATTERS:
         columns = _amplitudes(joint.columns, share, emulator)
-        found = locate(joint.dataset, joint.measured, alone, emulator, silent, columns)
+        found = locate(joint.dataset, joint.measured, alone, emulator, columns)
         costs.append(found.calibration.modes[0].cost)
     share = SCATTERS[int(np.argmin(costs))]
     return replace(joint, columns=_amplitudes(joint.columns, share, emulator)), share
@@ -201,7 +201,7 @@ def _amplitudes(columns: Columns | None, share: float, emulator: Emulator) -> Co
 
 def own_origin(shot: CampaignShot) -> tuple[float, bool]:
     """A shot's own time origin [s], and whether its own model can make it."""
-    found = locate(shot.dataset, shot.measured, shot.options.fit_alone, None, silent, shot.columns)
+    found = locate(shot.dataset, shot.measured, shot.options.fit_alone, columns=shot.columns)
     return found.origin.value, found.prior_predictive.inside
 
 

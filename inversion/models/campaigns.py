@@ -18,7 +18,6 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.formatting import listing, quantity
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.progress import silent
 from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.folder import CampaignFolder, flat
@@ -185,7 +184,7 @@ class ModelRuns:
         dataset, names, added = joint.dataset, list(joint.measured.channels), 0
         emulator = fit_emulator(dataset, names, self.options.seed)
         for number in range(self.options.rounds):
-            found = locate(dataset, joint.measured, joint.options, emulator, silent, None)
+            found = locate(dataset, joint.measured, joint.options, emulator)
             calibration = found.calibration
             if calibration.design.deficient or _good_enough(calibration):
                 break

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.progress import silent
 from birdstrike.inversion.estimation.locate import locate
 from birdstrike.inversion.estimation.shots import CampaignShot, joined, suffix
 from birdstrike.inversion.models.campaigns import ModelRuns
@@ -64,7 +63,7 @@ class HeldOutFits:
             }
             columns = with_discrepancy(joint.columns, self.discrepancy.only(rest), self.share)
             own = replace(self.emulator, channels=channels)
-            found = locate(joint.dataset, joint.measured, joint.options, own, silent, columns)
+            found = locate(joint.dataset, joint.measured, joint.options, own, columns)
             thetas.append(self.dataset.named(found.calibration.modes[0].theta))
         self.runs.simulated(zip(self.runs.cases, thetas, strict=True))
         found = HeldOut({}, {})
@@ -83,7 +82,7 @@ class HeldOutFits:
         for low, high in pairwise(edges):
             inside = (record.time >= low) & (record.time < high)
             left = {name: np.where(inside, np.nan, values) for name, values in record.channels.items()}
-            found = locate(self.dataset, replace(record, channels=left), shot.options, self.emulator, silent, columns)
+            found = locate(self.dataset, replace(record, channels=left), shot.options, self.emulator, columns)
             thetas.append(self.dataset.named(found.calibration.modes[0].theta))
         self.runs.simulated([(case, theta) for theta in thetas])
         together: dict[str, tuple[float, ...]] = {}

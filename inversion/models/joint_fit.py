@@ -19,7 +19,6 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.progress import silent
 from birdstrike.data.storage.files import write_json
 from birdstrike.inversion.diagnosis.preparation.discrepancy import LEAST
 from birdstrike.inversion.estimation.locate import Located, locate
@@ -149,7 +148,6 @@ class ModelFit:
                 joint.measured,
                 joint.options,
                 emulator,
-                silent,
                 with_discrepancy(joint.columns, discrepancy, share),
             )
             for share in AMPLITUDES

@@ -84,9 +84,9 @@ def quantity(value: float, si_unit: str, digits: int = 3) -> str:
     return f"{significant(number, digits)} {unit}".strip()
 
 
-def signed_quantity(value: float, si_unit: str, digits: int = 2) -> str:
+def signed_quantity(value: float, si_unit: str) -> str:
     """A difference with its sign: `+0.12 mm`, `−0.12 mm`; nothing before a zero."""
-    text = quantity(value, si_unit, digits)
+    text = quantity(value, si_unit, 2)
     return f"+{text}" if value > 0 else text
 
 

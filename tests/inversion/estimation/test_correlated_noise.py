@@ -8,7 +8,6 @@ from scipy.signal import lfilter
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.progress import silent
 from birdstrike.inversion.estimation.answers.estimates import intervals
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.whitening import Whitening, residual_correlation
@@ -60,7 +59,7 @@ def test_rounding_of_a_digitiser_is_no_first_order_process(dataset: Dataset) -> 
 
 def test_intervals_are_those_of_the_correlated_covariance_in_full(dataset: Dataset, emulator: Emulator) -> None:
     """Inverse of S^T C^-1 S + 12 with C_ij = s_i s_j exp(-|t_i - t_j| / time) + F F^T."""
-    found = locate(dataset, shot(np.full(4, 0.5), "first-order", 400, 60), OPTIONS, emulator, silent)
+    found = locate(dataset, shot(np.full(4, 0.5), "first-order", 400, 60), OPTIONS, emulator)
     problem, mode = found.calibration.calibrator, found.calibration.modes[0]
     assert found.residual.white
     model, (channel,) = problem.model, found.observations.channels
@@ -75,7 +74,7 @@ def test_intervals_are_those_of_the_correlated_covariance_in_full(dataset: Datas
 
 def inverted(dataset: Dataset, emulator: Emulator, kind: str, seed: int) -> tuple[np.ndarray, Located]:
     z = 0.1 + 0.8 * np.random.default_rng(1000 + seed).random(4)
-    return z, locate(dataset, shot(z, kind, 200, 200, seed), OPTIONS, emulator, silent)
+    return z, locate(dataset, shot(z, kind, 200, 200, seed), OPTIONS, emulator)
 
 
 @pytest.mark.parametrize("kind", ["first-order", "smoothed"])

@@ -126,7 +126,7 @@ def test_its_error_goes_with_the_records_clock(both: tuple[Dataset, Emulator]) -
 
     truth_of = errors(here, 0.0)
     np.testing.assert_allclose(errors(there, late), truth_of, rtol=1e-9)
-    fitted = locate(dataset, there, options, emulator, lambda _: None).calibration.calibrator.model.known
+    fitted = locate(dataset, there, options, emulator).calibration.calibrator.model.known
     assert fitted is not None
     taken = np.sqrt((fitted**2).sum(axis=1))
     assert np.abs(taken - truth_of).max() < 0.25 * np.abs(errors(there, 0.0) - truth_of).max()

@@ -68,7 +68,7 @@ def test_the_draws_have_the_same_prior_as_the_fit(dataset: Dataset, emulator: Em
 
 def located(dataset: Dataset, emulator: Emulator, stated: dict[str, Prior], method: str = "emulator") -> Located:
     options = InversionOptions(method=method, noise={CHANNEL: NOISE}, sampling=None, analyse=False, priors=stated)
-    return locate(dataset, record(truth(SHARE), noise=NOISE), options, emulator, lambda _: None)
+    return locate(dataset, record(truth(SHARE), noise=NOISE), options, emulator)
 
 
 @pytest.mark.parametrize(("mean", "sd", "contradicted"), [(0.5, 0.1, False), (0.95, 0.04, True)])

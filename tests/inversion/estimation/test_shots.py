@@ -86,7 +86,7 @@ def test_what_is_allowed_for_a_shots_size_holds_none_of_its_noise(few: Dataset) 
     joint, scatter = with_scatter(joined([shot(few, i, size=size) for i, size in enumerate((0.96, 1.05))]))
     assert scatter
     assert joint.columns is not None
-    found = locate(joint.dataset, joint.measured, OPTIONS, None, lambda _: None, joint.columns)
+    found = locate(joint.dataset, joint.measured, OPTIONS, columns=joint.columns)
     mode, seen = found.calibration.modes[0], found.observations
     channels = tuple(replace(c, values=c.values + 1e-3 * np.cos(np.arange(len(c.values)))) for c in seen.channels)
     noisy = replace(seen, channels=channels)

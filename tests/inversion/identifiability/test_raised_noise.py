@@ -9,7 +9,6 @@ from scipy.signal import lfilter
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.progress import silent
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.refinement import refine
 from birdstrike.inversion.identifiability.summary import identifiability_figures
@@ -32,7 +31,7 @@ def correlated() -> Measured:
 
 @pytest.fixture(scope="module")
 def located(dataset: Dataset, emulator: Emulator) -> Located:
-    found = locate(dataset, correlated(), OPTIONS, emulator, silent)
+    found = locate(dataset, correlated(), OPTIONS, emulator)
     assert found.residual.widened[CHANNEL] > 1.3  # else nothing is tested
     return found
 

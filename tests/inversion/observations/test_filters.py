@@ -15,7 +15,6 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.histories import Array
-from birdstrike.data.progress import silent
 from birdstrike.inversion.estimation.answers.estimates import intervals
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.observations.filtered_records import (
@@ -231,7 +230,7 @@ def errors_with(
         found = prepared(Measured(clock, {CHANNEL: values}, {}, {CHANNEL: "m"}, (), "shot.csv"))
         passed = found.filter.dataset(dataset)
         options = InversionOptions(sampling=None, method="emulator")
-        located = locate(passed, found.measured, options, fit_emulator(passed, [CHANNEL]), silent)
+        located = locate(passed, found.measured, options, fit_emulator(passed, [CHANNEL]))
         ends, mode = intervals(located.calibration.modes), located.calibration.modes[0]
         hits.append((ends[:, 0] <= z) & (z <= ends[:, 1]))
         scaled.append((mode.z - z) / np.sqrt(np.diag(mode.covariance)[:4]))
