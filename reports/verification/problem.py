@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
-from birdstrike.data.histories import Histories
+from birdstrike.data.histories import Array, Histories
 from birdstrike.reports.verification.runs import RunSpec
 
 
@@ -110,6 +111,11 @@ class Solution:
     rows: tuple[Row, ...]
     pictures: tuple[Picture, ...] = ()
     reasons: Mapping[str, Reason] = field(default_factory=dict)
+
+
+def rms_of_peak(ours: Array, truth: Array) -> float:
+    """Root of the mean squared difference, % of the truth's peak."""
+    return 100.0 * float(np.sqrt(np.mean((ours - truth) ** 2)) / np.abs(truth).max())
 
 
 Computed = Mapping[RunSpec, Histories]

@@ -11,7 +11,17 @@ import pandas as pd
 from birdstrike.data.histories import Array
 from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.draw import Curve, Panel, draw
-from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, below, matches, shown
+from birdstrike.reports.verification.problem import (
+    Computed,
+    Picture,
+    Problem,
+    Row,
+    Solution,
+    below,
+    matches,
+    rms_of_peak,
+    shown,
+)
 from birdstrike.reports.verification.runs import RunSpec, momentum_given
 from birdstrike.solver.kernels.target.metal import WEAR
 from birdstrike.solver.target.assembled import LinkData, PartData, assembled
@@ -38,11 +48,6 @@ W_TOLERANCE, J_TOLERANCE = 5.0, 2.0  # %
 def panel_reference(name: str) -> pd.DataFrame:
     """OpenRadioss's curves: time in ms, displacements in mm, momentum in N s."""
     return pd.read_csv(REFERENCE / f"{name}.csv", comment="#")
-
-
-def rms_of_peak(ours: Array, truth: Array) -> float:
-    """Root of the mean squared difference, % of the truth's peak."""
-    return 100.0 * float(np.sqrt(np.mean((ours - truth) ** 2)) / np.abs(truth).max())
 
 
 def solve_panel(computed: Computed) -> Solution:

@@ -12,7 +12,17 @@ from matplotlib.figure import Figure
 from birdstrike.data.histories import Array
 from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.draw import Curve, Panel, draw
-from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, below, matches, near
+from birdstrike.reports.verification.problem import (
+    Computed,
+    Picture,
+    Problem,
+    Row,
+    Solution,
+    below,
+    matches,
+    near,
+    rms_of_peak,
+)
 from birdstrike.reports.verification.problems.plate import central_load, respond, shells
 from birdstrike.solver.target.modes import natural_frequencies
 
@@ -27,10 +37,10 @@ def reference(column: str) -> tuple[Array, Array]:
     return table["t_ms"].to_numpy() * 1e-3, table[column].to_numpy() * 1e-3
 
 
-def rms_of_peak(time: Array, w: Array, column: str) -> float:
+def off_reference(time: Array, w: Array, column: str) -> float:
     """RMS difference from an independent solution, in % of its peak."""
     t, expected = reference(column)
-    return 100.0 * float(np.sqrt(np.mean((np.interp(t, time, w) - expected) ** 2)) / expected.max())
+    return rms_of_peak(np.interp(t, time, w), expected)
 
 
 def step_response(elements: tuple[int, int], scale: float) -> tuple[Array, Array]:
@@ -91,7 +101,7 @@ def solve_step(kind: str, _: Computed) -> Solution:
     rows = [
         below(
             f"{kind} step response, {m[0]} x {m[1]}, {label}: RMS of peak",
-            rms_of_peak(*run, column),
+            off_reference(*run, column),
             gate,
             "%",
             STEP_SOURCE,

@@ -11,7 +11,17 @@ import pandas as pd
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.draw import Curve, Panel, draw
-from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, below, matches, shown
+from birdstrike.reports.verification.problem import (
+    Computed,
+    Picture,
+    Problem,
+    Row,
+    Solution,
+    below,
+    matches,
+    rms_of_peak,
+    shown,
+)
 from birdstrike.reports.verification.runs import RunSpec, momentum_given
 
 SOURCE = "OpenRadioss, one run, no convergence study (simulated): data/reference/openradioss_reference_strike.csv"
@@ -59,11 +69,10 @@ def compare(run: Histories, truth: Reference) -> Misfit:
     w = run.at("displacement_centre", truth.time)
     given = np.interp(truth.time, run.time, momentum_given(run))
     difference = 100.0 * np.abs(given - truth.J) / truth.J[-1]
-    w_rms = 100.0 * float(np.sqrt(np.mean((w - truth.w) ** 2)) / truth.w.max())
     return Misfit(
         w,
         given,
-        w_rms,
+        rms_of_peak(w, truth.w),
         float(np.sqrt(np.mean(difference**2))),
         float(difference.max()),
         float(w.max()),

@@ -106,9 +106,3 @@ class BirdMaterial(Section):
     def build(self, rho0: float) -> Material:
         """The substance about the reference density [kg/m^3], for particles and finite elements alike."""
         raise NotImplementedError(self.model)
-
-
-def si_in(section: type[Section], raw: Mapping[str, Any], key: str) -> float | None:
-    """SI value under a key of a table as read; None where it is absent or is itself an error, reported elsewhere."""
-    mark = next(mark for mark in section.model_fields[key].metadata if isinstance(mark, Between))
-    return mark.valid(raw.get(key))

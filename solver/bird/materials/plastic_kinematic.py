@@ -14,10 +14,9 @@ from birdstrike.solver.bird.materials.interface import (
     Poisson,
     Stiffness,
     Stress,
-    si_in,
 )
 from birdstrike.solver.bird.materials.solid import Solid
-from birdstrike.solver.fields import Between
+from birdstrike.solver.fields import Between, si_in
 from birdstrike.solver.hardening import hardening_moduli
 
 

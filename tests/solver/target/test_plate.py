@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from birdstrike.reports.verification.problems.clamped_plate import MINDLIN, rms_of_peak, step_response
+from birdstrike.reports.verification.problems.clamped_plate import MINDLIN, off_reference, step_response
 from birdstrike.reports.verification.problems.plate import (
     ALUMINIUM,
     RITZ,
@@ -64,13 +64,13 @@ def test_damping_is_the_rate_of_decay():
 
 def test_small_step_response_follows_mindlin():
     """A thousandth of the load, scaled up: within 1 % of the Ritz series, and so of the peak."""
-    assert rms_of_peak(*step_response((50, 40), 1000.0), "mindlin_ritz_lin_mm") < 1.0
+    assert off_reference(*step_response((50, 40), 1000.0), "mindlin_ritz_lin_mm") < 1.0
 
 
 @pytest.mark.parametrize("column", ["ccx_S4_n16_nl_mm", "kratos_MITC_n8_nl_mm"])
 def test_large_step_response_follows_independent_codes(column):
     mesh = (25, 20) if "kratos" in column else (50, 40)
-    assert rms_of_peak(*step_response(mesh, 1.0), column) < 2.0
+    assert off_reference(*step_response(mesh, 1.0), column) < 2.0
 
 
 @pytest.mark.parametrize("warped", [False, True])
