@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from birdstrike.data.curves import write_measured
 from birdstrike.data.histories import Histories
+from birdstrike.data.progress import Progress, silent
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
@@ -26,13 +26,12 @@ def strike(
     *,
     step_factor: float = 1.0,  # noqa: ARG001 (a solver takes it)
     threads: int | None = None,  # noqa: ARG001
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = silent,
 ) -> Histories:
     """Viscosity and pressure cutoff shape a pulse; erosion does nothing."""
     y = curve(case.bird.material.viscosity, case.bird.material.pressure_cutoff)
     channels = {CHANNEL: y, "contact_force": 1e3 * np.gradient(y, TIME), "reaction_force": 2e3 * np.gradient(y, TIME)}
-    if progress is not None:
-        progress(1.0)
+    progress(1.0)
     return Histories(
         TIME, channels, {CHANNEL: "m", "contact_force": "N", "reaction_force": "N"}, {"eroded_mass_fraction": 0.0}
     )

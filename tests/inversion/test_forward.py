@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import pytest
 import birdstrike.inversion.forward
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
+from birdstrike.data.progress import Progress, silent
 from birdstrike.data.storage.store import RunStore
 from birdstrike.inversion.forward import StoredSolver, watched
 from birdstrike.solver.case.case import Case, load_case
@@ -25,14 +26,11 @@ class Solver:
     def __init__(self, failing: tuple[float, ...] = ()) -> None:
         self.failing, self.struck = failing, []
 
-    def __call__(
-        self, case: Case, *, step_factor: float = 1.0, progress: Callable[[float], None] | None = None
-    ) -> Histories:
+    def __call__(self, case: Case, *, step_factor: float = 1.0, progress: Progress = silent) -> Histories:
         self.struck.append((case.bird.material.viscosity, step_factor))
         if step_factor in self.failing:
             raise RunFailed(f"unstable at {step_factor:g}")
-        if progress is not None:
-            progress(1.0)
+        progress(1.0)
         time = np.linspace(0.0, 1e-3, 5)
         return Histories(
             time, {"displacement_centre": time * step_factor}, {"displacement_centre": "m"}, {"wall_s": 1.0}

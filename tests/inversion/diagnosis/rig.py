@@ -14,6 +14,7 @@ import pytest
 
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.histories import Histories
+from birdstrike.data.progress import Progress, silent
 from birdstrike.inversion.diagnosis.preparation.plan import make_plan
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.effects.registry import effects
@@ -61,7 +62,7 @@ def as_solver(formula: Callable[[Case], Histories]) -> Callable[..., Histories]:
         *,
         step_factor: float = 1.0,  # noqa: ARG001 (a solver takes it)
         threads: int | None = None,  # noqa: ARG001
-        progress: Callable[[float], None] | None = None,  # noqa: ARG001
+        progress: Progress = silent,  # noqa: ARG001
     ) -> Histories:
         return formula(case)
 
