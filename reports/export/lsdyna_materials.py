@@ -42,6 +42,10 @@ POINTS = 40
 """Of a power law that is written as a curve."""
 LARGEST_STRAIN = 2.0
 """Plastic strain up to which such a curve goes."""
+INTERVALS = 5000
+"""Of equal length, by which LS-DYNA replaces a curve (LCINT); its own 100 make a power law's first 2 % straight."""
+LEVEL_SHARE = 0.1
+"""Of a table's last plastic strain, by which a level piece is added: LS-DYNA goes on with the last slope beyond it."""
 
 
 def keyword_lines(found: Card, number: int, system: UnitSystem) -> list[str]:
@@ -74,7 +78,7 @@ def metal_lines(
         strain = np.concatenate([[0.0], np.geomspace(1e-5, LARGEST_STRAIN, POINTS)])
         return _piecewise(material, strain, material.a + material.b * strain**material.n, number, system)
     if isinstance(material, Tabulated):
-        return _piecewise(material, np.array(material.plastic_strain), np.array(material.flow_stress), number, system)
+        return _piecewise(material, *_levelled(material), number, system)
     if isinstance(material, JohnsonCook):
         refuse_damage(title, material)
         if material.melt is not None:
@@ -143,10 +147,16 @@ def _piecewise(
         card(*[0.0] * 8),
         card(*[0.0] * 8),
         "*DEFINE_CURVE",
-        "$#    lcid      sidr       sfa       sfo      offa      offo    dattyp",
-        card(number, 0, 1.0, 1.0, 0.0, 0.0, 0),
+        "$#    lcid      sidr       sfa       sfo      offa      offo    dattyp     lcint",
+        card(number, 0, 1.0, 1.0, 0.0, 0.0, 0, INTERVALS),
         *curve,
     ]
+
+
+def _levelled(material: Tabulated) -> tuple[np.ndarray, np.ndarray]:
+    """Plastic strains and flow stresses [Pa] of a table, with a level piece at its end."""
+    strain, stress = np.array(material.plastic_strain), np.array(material.flow_stress)
+    return np.append(strain, (1.0 + LEVEL_SHARE) * strain[-1]), np.append(stress, stress[-1])
 
 
 def _elasticity(material: Metal, system: UnitSystem) -> tuple[float, float, float]:

@@ -23,6 +23,8 @@ from birdstrike.reports.export.lsdyna_materials import metal_lines
 from birdstrike.reports.export.model import strike_model
 from birdstrike.solver.build import build_bird, build_plate
 from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.kernels.target.metal import hardened
+from birdstrike.solver.target.laws.power import Power
 from birdstrike.solver.target.laws.tabulated import Tabulated
 from tests.diagnoses import effect, state, written_diagnosis
 from tests.reports.export.radioss_reader import Block, elements_of, nodes_of, read_deck
@@ -482,6 +484,25 @@ def test_a_curve_with_rates_has_no_yield_stress_of_its_own(rate: str, first: flo
     at = lines.index("*MAT_PIECEWISE_LINEAR_PLASTICITY")
     assert float(lines[at + 2][40:50]) == pytest.approx(first)
     assert float(lines[at + 4][40:50]) == vp
+
+
+def test_curves_of_metals_give_lsdyna_the_laws_flow_stress() -> None:
+    """LS-DYNA takes a curve at LCINT equal intervals, 100 unless told, and goes on with its last slope.
+
+    A power law was 10 % too soft at 0.5 % of plastic strain, a table rose beyond its last point.
+    """
+    shared = {"density": "2780 kg/m^3", "young": "71 GPa", "poisson": 0.33, "rate_c": "6500 1/s", "rate_p": 4.0}
+    points = {"plastic_strain": [0.0, 0.003, 0.2], "flow_stress": ["350 MPa", "400 MPa", "600 MPa"]}
+    power = Power.model_validate(shared | {"law": "power", "a": "350 MPa", "b": "426 MPa", "n": 0.34})
+    for law in (power, Tabulated.model_validate(shared | points | {"law": "tabulated"})):
+        lines = metal_lines("skin", law, 1, unit_system("m-s-kg-Pa"))
+        head = lines.index("*DEFINE_CURVE") + 2
+        strain, stress = np.array([[float(row[:20]), float(row[20:40])] for row in lines[head + 1 :]]).T
+        taken = np.linspace(strain[0], strain[-1], int(lines[head][70:80] or 100) + 1)
+        value = np.interp(taken, strain, stress)
+        for asked in (0.001, 0.005, 0.05, 0.5):
+            beyond = max(asked - taken[-1], 0.0) * (value[-1] - value[-2]) / (taken[-1] - taken[-2])
+            assert np.interp(asked, taken, value) + beyond == pytest.approx(hardened(law.row(), asked)[0], rel=5e-3)
 
 
 def comments_of(file: Path) -> str:
