@@ -17,6 +17,7 @@ from birdstrike.reports.export import lsdyna_materials, radioss_materials
 from birdstrike.reports.export.cards import cards_of
 from birdstrike.reports.export.fixed_columns import card, columns, comments
 from birdstrike.solver.build import direction_of
+from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.effects import shown
 from birdstrike.solver.effects.registry import effect_named, effects
@@ -141,6 +142,17 @@ def _about(effect: FoundEffect) -> Iterator[str]:
     yield f"magnitude {magnitude}, {interval}, probability {effect.probability:.3g}"
     if effect.name == "bird_mass":
         yield "all other constants of the bird are those that the diagnosis fitted; what it did not seek is declared"
+    if effect.changed is not None:
+        yield from _beside(effect, effect.changed.bird)
+
+
+def _beside(effect: FoundEffect, bird: Bird) -> Iterator[str]:
+    """What of a bird changes with an effect and stands in no card of its: the bird with the effect is given."""
+    if effect.name == "bird_mass" and bird.method == "sph":
+        share = bird.actual_mass / (bird.actual_mass - effect.magnitude)
+        yield f"particles carry a mass of their own (*ELEMENT_SPH, /PROP/SPH): multiply it by {share:.6g} too"
+    if effect.name == "impact_angle" and bird.shape != "sphere":
+        yield "the bird's axis turns with its velocity: turn its nodes by the magnitude too"
 
 
 class _Writer:

@@ -450,6 +450,24 @@ def test_velocity_of_an_effect_is_along_the_impacts_direction(tmp_path: Path) ->
     assert written_down == pytest.approx(bird.v[0].tolist(), rel=1e-3)
 
 
+def test_what_an_effect_changes_beside_its_card_is_said(tmp_path: Path) -> None:
+    """The card of a heavier bird changes the density; the particles of a deck have their mass elsewhere."""
+    sizes = {"bird_mass": 0.05, "impact_angle": 0.02}
+    written_diagnosis(tmp_path, *(effect(*one, probability=0.5) for one in sizes.items()))
+    ball = '[bird]\nshape = "sphere"\nlength = "106 mm"\nmethod = "hexahedra"\n'
+    said = []
+    for bird in ("", ball):
+        (tmp_path / "case.toml").write_text(f'extends = "demo_rig"\n{bird}')
+        found = read_effects(tmp_path)
+        assert found is not None
+        said.append(" ".join(line.lstrip("$ ") for line in effect_lines(found, unit_system("m-s-kg-Pa"), "lsdyna")))
+    declared = load_case("demo_rig").bird.actual_mass
+    assert f"(*ELEMENT_SPH, /PROP/SPH): multiply it by {(declared + 0.05) / declared:.6g} too" in said[0]
+    assert "turn its nodes by the magnitude too" in said[0]
+    assert "/PROP/SPH" not in said[1]
+    assert "turn its nodes" not in said[1]
+
+
 def test_an_effect_of_one_shot_is_added_to_the_case_of_that_shot(tmp_path: Path) -> None:
     """A bird 4 m/s faster in a shot at 110 m/s had cards of 95.1 m/s: of the first shot's 91.1 m/s."""
     shots = tuple(ShotStates(name, "demo_rig", state(), None) for name in ("slow", "fast"))
