@@ -25,6 +25,10 @@ EDGE_ON = 0.2
 """Cosine of a shell's normal to the flight below which the bird meets its edge."""
 HORIZONTAL = 1.0 - 1e-9
 """Of a normal's component along z from which on shells lie level: files round their nodes."""
+AT_A_CORNER = 1e-9
+"""Share of a shell's size within which a point is its corner."""
+ALIKE = 1e-6
+"""Of cosines: shells that lie as one shell does and as another."""
 UP = np.array([0.0, 0.0, 1.0])
 MOST_KEPT = 8
 """Points of aim of which the shells are kept."""
@@ -80,13 +84,14 @@ class ShellsAtAim(NamedTuple):
     """What a bird that is aimed at a mesh from a file finds there.
 
     point (3,) [m]: of the struck part, nearest to the aim; normals (k, 3): of all shells that hold it; own (k,):
-    whether they are of the struck part; areas (n, 3) [m^2]: vector areas of the struck part's shells that hold it and
-    of those that share a node with them.
+    whether they are of the struck part; angles (k,) [rad]: that each of them spans about it; areas (n, 3) [m^2]: vector
+    areas of the struck part's shells that hold it and of those that share a node with them.
     """
 
     point: Array
     normals: Array
     own: NDArray[np.bool_]
+    angles: Array
     areas: Array
 
 
@@ -108,7 +113,24 @@ def _shells_near(parts: PartMesh, struck: str, aim: tuple[float, float, float]) 
     holding, near = (facets_around(mesh.quads, place, rings) for rings in (0, 1))
     areas = vector_areas(mesh.nodes, mesh.quads[near[own[near]]])
     normals = np.array([normal_of(mesh, facet) for facet in holding])
-    return ShellsAtAim(point_at(mesh, *place), normals, own[holding], areas)
+    point = point_at(mesh, *place)
+    angles = np.array([angle_about(point, mesh.nodes[mesh.quads[facet]]) for facet in holding])
+    return ShellsAtAim(point, normals, own[holding], angles, areas)
+
+
+def angle_about(point: Array, corners: Array) -> float:
+    """What a shell of these corners (4, 3) spans about a point (3,) of its border: pi on a side, at a corner its angle.
+
+    That is what the other sides are seen under from there; the side that holds the point, or the line between the ends
+    of the two that do, is seen under as much as all of them.
+    """
+    away = corners - point
+    size = np.linalg.norm(away, axis=1)
+    away = away[size > AT_A_CORNER * size.max()]
+    beside = np.roll(away, -1, axis=0)
+    cosine = (away * beside).sum(axis=1) / np.linalg.norm(away, axis=1) / np.linalg.norm(beside, axis=1)
+    angles = np.arccos(np.clip(cosine, -1.0, 1.0))
+    return float(angles.sum() - angles.max())
 
 
 def meets_edge(impact: Impact, target: Target | None) -> bool:
@@ -126,16 +148,24 @@ def struck_plane(impact: Impact, target: Target | None) -> Plane | None:
     """The plane that a bird strikes; None where it is z = 0.
 
     Its normal is the mean, weighted by area, over the struck part's shells around the aim that are one surface with
-    those there. Vector areas sum to what their common border encloses: a node that lies wrong inside of it tilts
-    nothing. On the ridge of a wedge, where none is one surface with the others, it is the mean of theirs.
+    that there. Vector areas sum to what their common border encloses: a node that lies wrong inside of it tilts
+    nothing. Where several shells hold the aim, on a ridge, each has such a mean of those that lie as it does, and these
+    count by the angles that the shells span there: the mean over a small circle, whatever the shells' sizes. A web that
+    stands on the surface there, and is not level with the mean as others are, does not count.
     """
     found, direction = shells_at_aim(impact, target), direction_of(impact)
     if found is None or stand_along(normals := found.normals[found.own], direction):
         return None
-    there = (np.where(normals @ direction > 0.0, -1.0, 1.0)[:, None] * normals).sum(axis=0)
-    along = found.areas @ (there / np.linalg.norm(there))
-    surface = np.abs(along) > LEVEL * np.linalg.norm(found.areas, axis=1)
-    normal = (np.sign(along[surface])[:, None] * found.areas[surface]).sum(axis=0) if surface.any() else there
+    facing, angles = np.where(normals @ direction > 0.0, -1.0, 1.0)[:, None] * normals, found.angles[found.own]
+    there = angles @ facing
+    level = np.abs(facing @ there) > LEVEL * np.linalg.norm(there)
+    if level.any():
+        facing, angles = facing[level], angles[level]
+    cosine = found.areas @ facing.T / np.linalg.norm(found.areas, axis=1, keepdims=True)
+    most = np.abs(cosine).max(axis=1, keepdims=True)
+    flank = (np.abs(cosine) > np.maximum(LEVEL, most - ALIKE)) * np.sign(cosine)
+    means = flank.T @ found.areas
+    normal = angles @ (means / np.linalg.norm(means, axis=1, keepdims=True))
     normal /= np.linalg.norm(normal)
     return None if normal[2] > HORIZONTAL else Plane(found.point, turned_to(normal))
 

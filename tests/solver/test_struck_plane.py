@@ -115,7 +115,7 @@ def test_a_bird_aimed_at_the_border_of_a_turned_plate_flies_past_it_by_the_same_
 
 def test_a_turned_plate_can_be_struck_squarely(tmp_path):
     """Rounded, the velocity's component along the normal of this one is larger than the velocity."""
-    case = strike(tmp_path, 31.0, direction=(-about_y(31.0) @ Z).tolist())
+    case = strike(tmp_path, 34.0, direction=(-about_y(34.0) @ Z).tolist())
     assert outline_of(case).direction[2] < -1.0
     assert share_beside_plate(case) == 0.0
 
@@ -159,13 +159,32 @@ def test_the_fold_of_a_part_beside_the_aim_does_not_tilt_the_struck_plane(tmp_pa
     assert normal_of(case) == pytest.approx(about_y(30.0) @ Z, abs=1e-12)
 
 
-@pytest.mark.parametrize("half", [60.0, 40.0, 15.0])
-def test_the_ridge_of_a_wedge_is_struck_squarely(tmp_path, half):
-    """Of half an angle of 45 degrees and less no shell lies as their mean: the normal was no number."""
-    case = strike(tmp_path, 0.0, direction=[0.0, 0.0, -1.0])
+def test_a_web_behind_the_aim_does_not_tilt_the_struck_plane(tmp_path):
+    """One part of a skin and the web on which it is struck."""
+    case = strike(tmp_path, 30.0)
+    nodes, quads = plate()
+    above = np.flatnonzero(np.abs(nodes[:, 0]) < 1e-9)
+    below = len(nodes) + np.arange(len(above))
+    web = np.column_stack([above[:-1], above[1:], below[1:], below[:-1]])
+    nodes = np.vstack([nodes, nodes[above] - 0.02 * Z])
+    written(nodes @ about_y(30.0).T, np.vstack([quads, web]), tmp_path / "30.0.inp")
+    assert normal_of(case) == pytest.approx(about_y(30.0) @ Z, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("half", "longer", "y"),
+    [(60.0, 1.0, 0.0), (60.0, 3.0, 0.0), (46.0, 3.0, 0.005), (40.0, 3.0, 0.0), (15.0, 1.0, 0.0)],
+)
+def test_the_ridge_of_a_wedge_is_struck_squarely(tmp_path, half, longer, y):
+    """At a node of it and between two; where one flank has longer shells, the normal leant to it by up to 26 degrees.
+
+    Of half an angle of 45 degrees and less no shell lies as their mean: the normal was no number.
+    """
+    case = strike(tmp_path, 0.0, direction=[0.0, 0.0, -1.0], point=["0 m", f"{y} m", "0 m"])
     nodes, quads = plate()
     flank = np.array([np.sin(np.radians(half)), -np.cos(np.radians(half))])
-    nodes[:, [0, 2]] = np.column_stack([nodes[:, 0], np.abs(nodes[:, 0])]) * flank
+    along = np.where(nodes[:, 0] > 0.0, longer, 1.0) * nodes[:, 0]
+    nodes[:, [0, 2]] = np.column_stack([along, np.abs(along)]) * flank
     written(nodes, quads, tmp_path / "0.0.inp")
     assert case.struck_plane is None, "level, as their mean is"
     assert case.normal_speed == pytest.approx(case.impact.speed)
