@@ -17,7 +17,7 @@ from birdstrike.inversion.mesh_convergence.grid_convergence import (
     CurveConvergence,
     GridConvergence,
 )
-from birdstrike.inversion.mesh_convergence.meshes import Mesh, not_refined
+from birdstrike.inversion.mesh_convergence.meshes import Mesh, not_refined, unevenly_refined
 from birdstrike.inversion.mesh_convergence.scalars import Scalar
 from birdstrike.inversion.misfit import rms
 
@@ -104,6 +104,12 @@ def warnings_of(found: MeshConvergence) -> list[str]:
     lines += [
         f"{name} is {entry.behaviour}: no order, its uncertainty is the spread of the meshes"
         for name, entry in unordered.items()
+    ]
+    lines += [
+        f"the shells of {part} are refined by {listing([f'{ratio:.3g}' for ratio in ratios])}, not as the bird's "
+        "particles are: the generator makes whole numbers of shells between its lines, and neither order nor index is "
+        "of one ratio; choose a target.generator.element_size that divides its lengths, or another --ratio"
+        for part, ratios in unevenly_refined([found.meshes[i] for i in found.used]).items()
     ]
     if kept := not_refined(found.meshes[0].case):
         lines.append(

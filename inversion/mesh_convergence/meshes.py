@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from numbers import Real
 from typing import Any
+
+import numpy as np
 
 from birdstrike.data.errors import CaseError, UserError, refuse_not_whole
 from birdstrike.data.formatting import many
@@ -15,6 +18,7 @@ from birdstrike.solver.case.case import Case
 from birdstrike.solver.estimate import estimate
 
 PLACES = ("auto", "middle", "finest", "coarsest")
+UNEVEN = 0.1  # of the bird's ratio of refinement, by which that of a part may differ
 AFFORDABLE_S = 600.0  # of one core: up to here a study is paid for that also refines the user's mesh
 
 
@@ -77,6 +81,22 @@ def choose_meshes(case: Case, ratio: float, count: int, place: str = "auto") -> 
         affordable = known and sum(mesh.cost for mesh in middle) <= AFFORDABLE_S
         return middle if affordable else _meshes(case, ratio, count, 0)
     return _meshes(case, ratio, count, {"middle": 1, "finest": 0, "coarsest": count - 1}[place])
+
+
+def unevenly_refined(meshes: Sequence[Mesh]) -> dict[str, tuple[float, ...]]:
+    """Parts of a generated target that are refined otherwise than the bird, with their ratios from mesh to mesh.
+
+    A generator makes whole numbers of shells between its lines: a web of two shells stays so, or has one.
+    """
+    target = meshes[0].case.target
+    if target is None or target.generator is None:
+        return {}
+    parts = [mesh.case.target.source.mesh() for mesh in meshes if mesh.case.target is not None]
+    shells = np.array([np.bincount(one.part, minlength=len(one.parts)) for one in parts])
+    ratios = np.sqrt(shells[:-1] / shells[1:])
+    bird = np.array([coarse.bird_spacing / fine.bird_spacing for fine, coarse in pairwise(meshes)])
+    uneven = (np.abs(ratios / bird[:, None] - 1.0) > UNEVEN).any(axis=0)
+    return {name: tuple(ratios[:, i].tolist()) for i, name in enumerate(parts[0].parts) if uneven[i]}
 
 
 def not_refined(case: Case) -> tuple[str, ...]:

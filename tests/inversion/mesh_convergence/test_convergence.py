@@ -180,6 +180,22 @@ def test_a_plate_that_tears_on_one_mesh_only_is_another_event(meshes, tmp_path):
     assert [mesh["eroded_shells"] for mesh in as_json(torn)["meshes"]] == [3, None, None]
 
 
+@pytest.mark.parametrize(
+    ("size", "said"), [(25.0, "the shells of stiffeners are refined by 1.14 and 1.58"), (10.0, "")]
+)
+def test_a_part_that_a_generator_does_not_refine_with_the_bird_is_named(size, said, meshes, tmp_path):
+    """Webs of 40 mm with shells of 19, 25 and 31 mm: two, two and one across; of 8, 10 and 13 mm all is in step."""
+    found = study(meshes, tmp_path, stand_in(meshes))
+    panel = load_case("openradioss_panel", {"target.generator.element_size": f"{size} mm"})
+    across = (26, 20, 16) if said else (64, 50, 38)
+    refined = tuple(
+        replace(mesh, case=panel.with_mesh(400, (shells, shells)), bird_spacing=1.0 / shells)
+        for mesh, shells in zip(meshes, across, strict=True)
+    )
+    lines = [line for line in warnings_of(replace(found, meshes=refined)) if line.startswith("the shells of")]
+    assert [line[: len(said)] for line in lines] == ([said] if said else [])
+
+
 def test_a_peak_that_another_mesh_cuts_off_is_named_with_that_mesh(meshes, tmp_path):
     rise = {"displacement_centre": 5.0 * CLOCK}
     solver = stand_in(meshes, finest=lambda run: replace(run, channels={**run.channels, **rise}))
