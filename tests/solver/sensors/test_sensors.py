@@ -17,6 +17,7 @@ from birdstrike.solver.sensors.places import blend, place_on, point_at
 from birdstrike.solver.sensors.recording import readings
 from birdstrike.solver.sensors.registry import SENSORS
 from birdstrike.solver.sensors.sensor import Sensor
+from birdstrike.solver.sensors.strain import of_rosette
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import ShellMesh, plate_mesh, shell_mesh
 from birdstrike.solver.target.rectangle import plate_of, rigid_plate_of
@@ -49,6 +50,16 @@ def read(plate: Target, move, sensors: dict[str, Sensor]) -> dict[str, float]:
     move(plate)
     plate.update_forces(1.0)
     return {name: reading(strike) for name, reading in found.items()}  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("degrees", [0.0, 25.0, 45.0, 110.0])
+def test_a_rosette_finds_the_principal_strains_however_it_is_laid(degrees):
+    """Mohr's circle; a tension that narrows the surface by half of itself has itself as its effective strain."""
+    one, two = 4e-3, -2e-3
+    angles = np.radians(degrees + np.array([0.0, 45.0, 90.0]))
+    first, between, second = one * np.cos(angles) ** 2 + two * np.sin(angles) ** 2
+    assert of_rosette(first, between, second, principal=True) == pytest.approx(one, rel=1e-12)
+    assert of_rosette(first, between, second, principal=False) == pytest.approx(one, rel=1e-12)
 
 
 @pytest.mark.parametrize("radius", [math.inf, 0.3])
