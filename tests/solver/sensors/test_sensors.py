@@ -261,6 +261,15 @@ def test_a_pressure_gauge_reads_the_pressure_on_it(rigid):
     assert found["15"](strike) == pytest.approx(pressure, rel=0.03)  # pyright: ignore[reportArgumentType]
     assert found["20"](strike) == pytest.approx(pressure, rel=0.02)  # pyright: ignore[reportArgumentType]
     assert found["40"](strike) == pytest.approx(pressure, rel=0.01)  # pyright: ignore[reportArgumentType]
+    small = {"kind": "pressure", "radius": f"{spacing!r} m"}  # in the mean over places it reads as much, however small
+    places = [
+        [f"{x!r} m", f"{y!r} m"]
+        for x in (np.arange(6) * spacing / 6.0).tolist()
+        for y in (np.arange(6) * spacing / 6.0).tolist()
+    ]
+    at_each = {str(i): SENSORS.validate(small | {"at": at}) for i, at in enumerate(places)}
+    mean = np.mean([one(strike) for one in readings(at_each, strike).values()])  # pyright: ignore[reportArgumentType]
+    assert mean == pytest.approx(pressure, rel=5e-3)
 
 
 def test_sampling_lets_no_alias_of_a_force_or_a_strain_through():
