@@ -17,14 +17,17 @@ from birdstrike.data.decks.sensors import read_deck_sensors
 from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import unit_system
 from birdstrike.inversion.results.diagnosis import ShotStates
+from birdstrike.reports.export import radioss_materials
 from birdstrike.reports.export.effects import effect_lines, read_effects
 from birdstrike.reports.export.fixed_columns import number
 from birdstrike.reports.export.lsdyna_materials import metal_lines
 from birdstrike.reports.export.model import strike_model
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.build import build_bird, build_plate
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.kernels.target.metal import hardened
 from birdstrike.solver.target.laws.power import Power
+from birdstrike.solver.target.laws.registry import TARGET_LAWS
 from birdstrike.solver.target.laws.tabulated import Tabulated
 from tests.diagnoses import effect, state, written_diagnosis
 from tests.reports.export.radioss_reader import Block, elements_of, nodes_of, read_deck
@@ -215,7 +218,7 @@ def test_an_assembly_has_its_parts_and_a_contact_for_each_thickness(tmp_path: Pa
 
 
 def test_a_bird_of_hexahedra_has_the_volume_of_the_case(tmp_path: Path) -> None:
-    settings = SMALL | {"bird.method": "hexahedra"}
+    settings = SMALL | {"bird.method": "hexahedra", "solver.shock_linear": "1", "solver.shock_quadratic": "2"}
     case, _, bird = truth("demo_rig", **settings)
     deck = radioss("demo_rig", "m-s-kg-Pa", tmp_path, **settings)
     numbers, places = nodes_of(deck)
@@ -227,7 +230,11 @@ def test_a_bird_of_hexahedra_has_the_volume_of_the_case(tmp_path: Path) -> None:
     volume = HexMesh(cells.reshape(-1, 3), np.arange(8 * len(cells)).reshape(-1, 8)).volumes.sum()
     assert 938.0 * volume == pytest.approx(case.bird.actual_mass, rel=1e-9)
     assert "DT/BRICK/DEL" in (tmp_path / "strike_0001.rad").read_text()
-    solid = lsdyna("demo_rig", "m-s-kg-Pa", tmp_path, **settings)["*ELEMENT_SOLID"][0].elements
+    cards = lsdyna("demo_rig", "m-s-kg-Pa", tmp_path, **settings)
+    shock = cards["*CONTROL_BULK_VISCOSITY"][0]
+    usual = [1.5, 0.06]  # for the case's 2 and 1
+    assert [shock.q1, shock.q2] == pytest.approx(usual) == deck["PROP/SOLID"][0].floats(2, 2)
+    solid = cards["*ELEMENT_SOLID"][0].elements
     assert np.array_equal(solid[[f"n{k}" for k in range(1, 9)]].to_numpy(int), elements_of(deck, "BRICK")[2][:, 1:])
 
 
@@ -245,6 +252,73 @@ def test_other_bird_models_are_radioss_laws_with_the_same_constants(model: str, 
         assert young / (3.0 * (1.0 - 2.0 * poisson)) == pytest.approx(2072e6)
         assert deck["MAT/HYDPLA"][0].floats(4, 1) == pytest.approx([-0.9e6])
         assert deck["EOS/POLYNOMIAL"][0].floats(1, 4) == pytest.approx([0.0, 2072e6, 6217e6, 10362e6])
+
+
+ALUMINIUM = {"density": "2780 kg/m^3", "young": "71 GPa", "poisson": 0.33, "failure_strain": 0.2}
+COOK = {"law": "johnson_cook", "a": "350 MPa", "b": "426 MPa", "n": 0.34, "c": 0.015, "rate0": "2 1/s"}
+HEAT = {"m": 1.2, "melt": "775 K", "specific_heat": "900 J/kg/K", "heat_share": 0.8}
+MIXED = {"law": "bilinear", "yield_stress": "300 MPa", "tangent_modulus": "710 MPa", "beta": 0.25}
+RATE = {"rate_c": "6500 1/s", "rate_p": 4.0}
+WARM = {"C0": "1 MPa", "C1": "2000 MPa", "C2": "3 MPa", "C3": "4 MPa", "C4": 0.5, "C5": 0.6, "E0": "7 MPa"}
+
+
+def law_block(lines: list[str], name: str) -> Block:
+    """A keyword of these lines of Radioss."""
+    return read_deck("\n".join(lines))[name][0]
+
+
+def test_every_constant_of_a_metal_stands_in_its_column_of_both_codes() -> None:
+    """In mm, ms, kg, GPa: rates in 1/ms, heat per volume and kelvin in GPa/K, with the share of work that is heat."""
+    system = unit_system("mm-ms-kg-GPa")
+    hot, cold, mixed = (TARGET_LAWS.validate(ALUMINIUM | law) for law in (COOK | HEAT, COOK, MIXED | RATE))
+    block = law_block(radioss_materials.metal_lines("skin", hot, 1, system), "MAT/PLAS_JOHNS")
+    assert block.floats(3) == pytest.approx([0.35, 0.426, 0.34, 0.2, 0.0])
+    assert block.floats(4, 2) == pytest.approx([0.015, 2e-3])
+    assert block.floats(5, 4) == pytest.approx([1.2, 775.0, 1e-9 * 2780.0 * 900.0 / 0.8, 298.15])
+    block = law_block(radioss_materials.metal_lines("skin", mixed, 1, system), "MAT/COWPER")
+    assert block.floats(3, 4) == pytest.approx([0.3, 71.0 * 0.71 / (71.0 - 0.71), 1.0, 0.75])
+    assert block.floats(4, 2) == pytest.approx([6.5, 4.0])
+    assert block.floats(5, 1) == pytest.approx([0.2])
+    of_bird = {"model": "plastic_kinematic", "young": "71 GPa", "poisson": 0.33, "failure_strain": 0.2} | MIXED | RATE
+    bird = BIRD_MATERIALS.validate({key: value for key, value in of_bird.items() if key != "law"})
+    again = law_block(radioss_materials.bird_lines(bird, 2780.0, 1, system, sph=False), "MAT/COWPER")
+    assert again.lines[1:] == block.lines[1:]
+    plain = metal_lines("skin", cold, 1, system)
+    assert [float(plain[4][at : at + 10]) for at in range(0, 80, 10)] == pytest.approx(
+        [0.35, 0.426, 0.34, 0.015, 0.2, 1e28, 1e28, 2e-3]
+    )
+    kinematic = metal_lines("skin", mixed, 1, system)
+    assert [float(kinematic[2][at : at + 10]) for at in range(40, 70, 10)] == pytest.approx([0.3, 0.71, 0.25])
+    assert [float(kinematic[4][at : at + 10]) for at in range(0, 40, 10)] == pytest.approx([6.5, 4.0, 0.2, 1.0])
+
+
+def test_every_constant_of_a_bird_s_law_stands_in_its_column_of_radioss() -> None:
+    def eos_of(law: dict[str, Any], name: str) -> Block:
+        null = {"model": "null", "pressure_cutoff": "0 MPa", "viscosity": "600 Pa s", "eos": law}
+        lines = radioss_materials.bird_lines(
+            BIRD_MATERIALS.validate(null), 938.0, 1, unit_system("m-s-kg-Pa"), sph=True
+        )
+        assert law_block(lines, "MAT/HYD_VISC").floats(2, 2) == pytest.approx([600.0 / 938.0, -1.0])
+        return law_block(lines, f"EOS/{name}")
+
+    shock = {
+        "kind": "grueneisen",
+        "C": "1670 m/s",
+        "S1": 2.48,
+        "S2": 0.1,
+        "S3": 0.2,
+        "g0": 0.3,
+        "a": 0.4,
+        "E0": "5 MPa",
+    }
+    block = eos_of(shock, "GRUNEISEN")
+    assert block.floats(1, 4) == pytest.approx([1670.0, 2.48, 0.1, 0.2])
+    assert block.floats(2, 4) == pytest.approx([0.3, 0.4, 5e6, 938.0])
+    block = eos_of({"kind": "murnaghan", "B": "128 MPa", "g": 7.98, "p0": "2 MPa"}, "MURNAGHAN")
+    assert block.floats(1) == pytest.approx([128e6 * 7.98, 7.98, 2e6, 0.0, 938.0])
+    block = eos_of({"kind": "linear_polynomial"} | WARM, "POLYNOMIAL")
+    assert block.floats(1, 4) == pytest.approx([1e6, 2e9, 3e6, 4e6])
+    assert block.floats(2) == pytest.approx([0.5, 0.6, 7e6, 0.0, 938.0])
 
 
 def test_an_effect_of_the_case_is_in_its_deck(tmp_path: Path) -> None:
@@ -400,6 +474,8 @@ def test_effects_of_a_diagnosis_are_cards_with_what_is_known_of_them(tmp_path: P
     assert cards["*SECTION_SHELL"][0].t1 == pytest.approx(10.2)
     assert cards["*MAT_SPRING_ELASTIC"][0].k == pytest.approx(system.value(1e6, "N/rad"))
     assert cards["*MAT_PLASTIC_KINEMATIC"][0].ro == pytest.approx(system.value(2830.0, "kg/m^3"))
+    alpha = cards["*DEFINE_CURVE"][0].curves.to_numpy(float)[:, 1]
+    assert alpha == pytest.approx(0.12), "the force is alpha m v, and 60 1/s the amplitude's rate of decay"
     named = {line.split()[1]: float(line.split()[2]) for line in text.splitlines() if line.startswith("R ")}
     assert named["fric1002"] == 0.12
     assert named["vz1003"] == pytest.approx(-0.5 * 92.6)
