@@ -11,6 +11,7 @@ import pytest
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import load_case
+from birdstrike.solver.kernels.target.links import EITHER_WAY, ONE_WAY, use_of_strength
 from birdstrike.solver.setup_warnings import long_rivets, loose_ties
 from birdstrike.solver.simulate import simulate
 from birdstrike.solver.target.assembled import LinkData, PartData, assembled
@@ -237,6 +238,21 @@ def test_a_lap_joint_breaks_at_its_strength_exactly_and_its_energy_is_counted(de
         0.5 * (RIVET.along * np.sin(a) ** 2 + RIVET.across * np.cos(a) ** 2) * give**2, rel=5e-3
     )
     assert not rivets_in(target).update_forces(target.nodes, dt)
+
+
+@pytest.mark.parametrize(
+    ("give", "limit", "use"),
+    [
+        ((1e-4, 0.0, 0.0), ONE_WAY, (2000.0 / 3500.0) ** 1.5),
+        ((-1e-4, 0.0, 0.0), ONE_WAY, 0.0),
+        ((-1e-4, 0.0, 0.0), EITHER_WAY, (2000.0 / 3500.0) ** 1.5),
+        ((1e-4, 6e-5, -8e-5), ONE_WAY, (2000.0 / 3500.0) ** 1.5 + (3000.0 / 4500.0) ** 3.0),
+    ],
+)
+def test_tension_and_shear_use_a_rivet_s_strength_each_by_its_own_exponent(give, limit, use):
+    """Sheets that are pressed together use none of it."""
+    row = replace(RIVET, exponents=(1.5, 3.0)).row(limit)
+    assert use_of_strength(row, np.array([*give, 0.0, 0.0, 0.0]), 1.0) == pytest.approx(use, rel=1e-12)
 
 
 PULLED = METAL.model_copy(update={"poisson": 0.0})
