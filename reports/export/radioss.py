@@ -14,7 +14,7 @@ from birdstrike.data.storage.files import write_atomically
 from birdstrike.data.unit_systems import UnitSystem
 from birdstrike.reports.export.exported import Export
 from birdstrike.reports.export.fixed_columns import card, columns, comments, ten_a_line
-from birdstrike.reports.export.model import StrikeModel
+from birdstrike.reports.export.model import ShellPart, StrikeModel
 from birdstrike.reports.export.numbering import Numbering
 from birdstrike.reports.export.radioss_materials import WIDE, bird_lines, metal_lines, remarks_on, shell_lines
 
@@ -26,6 +26,8 @@ NONE = 1e-20
 """Written where 0 would mean Radioss's own default."""
 PICTURES, TIME_STEP = 20, 0.67
 """Animation files of a run; share of the stable step."""
+NEVER_TORN = 10.0
+"""Largest failure strain of a shell that a case may state: a plate's that never tears."""
 FLUID_SOLID, HEX_SOLID = 1, 24
 """Isolid: one point with viscous hourglass control, and with physical stabilisation."""
 QUADRATIC, LINEAR = 0.75, 0.06
@@ -90,10 +92,21 @@ def _remarks(model: StrikeModel) -> Iterator[str]:
         )
     if len(model.bird.cells):
         yield "Hexahedra are deleted below the time step that the engine's file names."
+    if tearing := [part.name for part in model.parts if part.moves and _failure_strain(part) < NEVER_TORN]:
+        yield (
+            f"Radioss deletes a shell of {' and '.join(tearing)} with the first of its layers that reaches the failure "
+            "strain, birdstrike with the last: where shells bend, they tear earlier here. A /FAIL card of your own can "
+            "wait for all layers."
+        )
     yield (
         "Contact: penalty springs of the stiffness that birdstrike uses; Radioss stiffens them with the overlap. "
         "Its forces in the time history are impulses: th_to_csv and birdstrike import take their rates."
     )
+
+
+def _failure_strain(part: ShellPart) -> float:
+    found = getattr(part.material, "failure_strain", None)
+    return NEVER_TORN if found is None else float(found)
 
 
 def _begin(system: UnitSystem, name: str) -> Iterator[str]:

@@ -615,6 +615,14 @@ def test_choices_that_lsdyna_has_no_card_for_are_said(tmp_path: Path) -> None:
     assert "solver.hourglass" not in comments_of(export("demo_rig", tmp_path / "s.k", deck=True, settings=SMALL))
 
 
+@pytest.mark.parametrize(("strain", "said"), [("0.2", True), ("10", False)])
+def test_a_deck_for_radioss_says_that_shells_tear_with_their_first_layer(
+    strain: str, said: bool, tmp_path: Path
+) -> None:
+    text = written("demo_rig", "radioss", "m-s-kg-Pa", tmp_path, **SMALL | {"plate.material.failure_strain": strain})
+    assert ("a shell of plate with the first of its layers" in " ".join(text.split("\n#   "))) == said
+
+
 def test_an_effect_without_a_card_does_not_take_the_others_with_it(tmp_path: Path) -> None:
     """A metal that softens by an energy has no card: the bird's cards were not written either."""
     sizes = {"plate_yield": 1e7, "bird_porosity": 0.02}
