@@ -192,13 +192,14 @@ def test_damage_by_rate_counts_from_rate0():
     assert layer.eps_p / layer.memory[WEAR] == pytest.approx(0.160 * (1.0 + 0.014 * math.log(100.0)), rel=2e-3)
 
 
-def test_below_the_reference_temperature_damage_is_that_at_it():
-    """As the flow stress is: D1 = 0.1 at 130 K against a reference of 298 K and a melting point of 900 K."""
-    cold = TITANIUM | {"c": 0.0, "D": [0.1, 0.0, 0.0, 0.0, 4.0], "melt": "900 K", "specific_heat": "560 J/kg/K"}
-    layer = layer_of(cold | {"start": "130 K"})
+@pytest.mark.parametrize(("start", "factor"), [("130 K", 1.0), ("599.075 K", 3.0)])
+def test_damage_by_heat_is_as_the_flow_stress_is(start, factor):
+    """D1 = 0.1, D5 = 4; T* is 0 below the reference of 298 K, and a half midway to the melting point of 900 K."""
+    heat = {"melt": "900 K", "specific_heat": "560 J/kg/K", "heat_share": 0.0, "start": start}
+    layer = layer_of(TITANIUM | {"c": 0.0, "D": [0.1, 0.0, 0.0, 0.0, 4.0]} | heat)
     while layer.eps_p < 0.03:
         layer.strain(np.array([0.0, 0.0, 1e-3]))
-    assert layer.eps_p / layer.memory[WEAR] == pytest.approx(0.1, rel=1e-9)
+    assert layer.eps_p / layer.memory[WEAR] == pytest.approx(0.1 * factor, rel=1e-9)
 
 
 def test_a_hot_metal_yields_first_at_its_softened_stress_whatever_share_of_work_heats_it():
