@@ -56,7 +56,11 @@ def bird_file(export: Export, system: UnitSystem, effects: Iterable[str] = ()) -
     ]
     lines = comments("#", head)
     for number, bird in enumerate(export.birds, start=1):
-        about = [f"Material {number}, {bird.name.replace('_', ' ')}", *bird.remarks, *remarks_on(bird.material)]
+        about = [
+            f"Material {number}, {bird.name.replace('_', ' ')}",
+            *bird.remarks,
+            *remarks_on(bird.material, bird.sph),
+        ]
         lines += comments("#", about) + bird_lines(bird.material, bird.density, number, system, bird.sph)
     return "\n".join([*lines, *effects]) + "\n"
 
@@ -83,7 +87,7 @@ def starter_deck(model: StrikeModel, system: UnitSystem, name: str, head: Iterab
 
 
 def _remarks(model: StrikeModel) -> Iterator[str]:
-    yield from remarks_on(model.case.bird.material)
+    yield from remarks_on(model.case.bird.material, sph=not len(model.bird.cells))
     yield from model.missing
     if model.springs:
         yield (

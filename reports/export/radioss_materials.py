@@ -48,8 +48,13 @@ def bird_lines(material: BirdMaterial, density: float, number: int, system: Unit
     )
 
 
-def remarks_on(material: BirdMaterial) -> Iterator[str]:
-    """What of a bird's material Radioss does otherwise than birdstrike."""
+def remarks_on(material: BirdMaterial, sph: bool) -> Iterator[str]:
+    """What of a bird's material Radioss does otherwise than birdstrike; sph: whether particles carry it."""
+    if sph and isinstance(material, PlasticKinematicMaterial) and _limit(material.failure_strain):
+        yield (
+            "LAW2 takes its deviator from a particle that reaches the failure strain and leaves it its pressure, in "
+            "tension too; in birdstrike it erodes and pushes nothing: compare with failure_strain = 100, none"
+        )
     if isinstance(material, NullMaterial) and material.build(1000.0).volume_limits != (float("inf"), 0.0):
         yield (
             "LAW6 has no erosion limits: what erodes in birdstrike stays in this deck; compare with "

@@ -510,9 +510,13 @@ def test_the_card_of_another_mass_has_the_fitted_constants_of_the_bird(tmp_path:
 
 @pytest.mark.parametrize(("method", "law"), [("sph", "PLAS_JOHNS"), ("hexahedra", "COWPER")])
 def test_cards_of_a_bird_are_those_of_its_method(method: str, law: str, tmp_path: Path) -> None:
-    settings = {"bird.method": method}
-    export("reference_strike_plastic_kinematic", tmp_path / "bird.rad", to="radioss", settings=settings)
-    assert f"/MAT/{law}/" in (tmp_path / "bird.rad").read_text()
+    """LAW2 leaves its pressure to a particle that has failed, which its comments say."""
+    for strain, said in (("1.25", method == "sph"), ("100", False)):
+        settings = {"bird.method": method, "bird.material.failure_strain": strain}
+        export("reference_strike_plastic_kinematic", tmp_path / "bird.rad", to="radioss", settings=settings)
+        text = (tmp_path / "bird.rad").read_text()
+        assert f"/MAT/{law}/" in text
+        assert ("in birdstrike it erodes and pushes nothing" in " ".join(text.split("\n#   "))) == said
 
 
 def test_velocity_of_an_effect_is_along_the_impacts_direction(tmp_path: Path) -> None:
