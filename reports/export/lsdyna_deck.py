@@ -24,6 +24,8 @@ QUADRATIC, LINEAR = 0.75, 0.06
 PICTURES, TIME_STEP = 20, 0.67
 """d3plot states of a run; share of the stable step."""
 BELYTSCHKO_TSAY, ONE_POINT_SOLID = 2, 1
+ERODED_LEAVE = (2, 1)
+"""IEROD and ICONT: a particle that erodes acts on none and touches nothing; by 0, their default, it stays active."""
 DISPLACED, TURNED = 9001, 9002
 """Sections of the supports' springs."""
 DAMPING_CURVE = 9001
@@ -96,6 +98,8 @@ def _control(model: StrikeModel, system: UnitSystem) -> Iterator[str]:
     if not len(model.bird.cells):
         yield from ("*CONTROL_SPH", "$#    ncbs     boxid        dt      idim   nmneigh      form")
         yield card(1, 0, 1e20, 3, 150, 0)
+        yield "$#    cont     deriv       ini     ishow     ierod     icont     iavis     isymp"
+        yield card(0, 0, 0, 0, *ERODED_LEAVE, 0, 100)
 
 
 def _output(model: StrikeModel, system: UnitSystem, numbering: Numbering) -> Iterator[str]:

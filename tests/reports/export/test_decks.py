@@ -156,6 +156,8 @@ def test_lsdyna_deck_reads_back_to_the_case_in_three_unit_systems(units: str, tm
     contact = deck["*CONTACT_AUTOMATIC_NODES_TO_SURFACE"][0]
     assert (contact.fs, contact.fd) == (0.3, 0.3)
     assert 0.5 * (contact.sast + contact.sbst) == pytest.approx(length * (0.005 + bird.skin), rel=1e-6)
+    particle = deck["*CONTROL_SPH"][0]
+    assert (particle.ierod, particle.icont) == (2, 1), "one that erodes leaves; by default it would stay active"
     curve = deck["*DEFINE_CURVE"][0].curves.to_numpy(float)
     assert curve[:, 1] == pytest.approx(80.0 / time)
     parts = {int(one.parts["pid"][0]): one.parts for one in deck["*PART"]}
