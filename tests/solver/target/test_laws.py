@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from scipy.optimize import bisect
 
-from birdstrike.solver.kernels.target.metal import FLOW, WEAR
+from birdstrike.solver.kernels.target.metal import FLOW, WEAR, hardened
 from birdstrike.solver.target.laws.interface import Metal
 from birdstrike.solver.target.laws.registry import TARGET_LAWS
 from birdstrike.solver.target.point import Layer
@@ -100,6 +100,13 @@ def test_hardening_in_shear_and_in_biaxial_tension(table, steps):
         biaxial.strain(np.array([0.03 / steps, 0.03 / steps, 0.0]))
     eps = closed(table, 0.03, 0.7 / 73e9, 1.0, 0.5)
     assert biaxial.stress[:2] == pytest.approx(flow(table, eps), rel=1e-6)
+
+
+def test_a_table_is_straight_between_its_points_and_level_beyond_the_last():
+    row = TARGET_LAWS.validate(TABLE).row()
+    expected = {0.0: (300e6, 4e9), 0.01: (340e6, 4e9), 0.02: (380e6, 875e6), 0.1: (450e6, 0.0), 0.5: (450e6, 0.0)}
+    for strain, values in expected.items():
+        assert hardened(row, strain) == pytest.approx(values)
 
 
 @pytest.mark.parametrize("table", [POWER, TABLE], ids=lambda table: table["law"])
