@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -99,6 +100,12 @@ def reworded(material: BirdMaterial) -> dict[str, tuple[float, str]]:
     if keyword in ZERO_IS_NO_CUTOFF and getattr(material, "pressure_cutoff", None) == 0.0:
         found["pc"] = (NO_TENSION, "pressure_cutoff = 0, no tension, is written as -1 Pa: 0 would mean no cutoff")
     return found
+
+
+def erodes(material: BirdMaterial, density: float) -> bool:
+    """Whether any limit of a material can erode it; density [kg/m^3]."""
+    built = material.build(density)
+    return built.volume_limits != (math.inf, 0.0) or built.failure_strain < NEVER
 
 
 def _card_of(material: BirdMaterial) -> tuple[str, Fields]:

@@ -12,7 +12,7 @@ from typing import Any
 from birdstrike.data.errors import UserError
 from birdstrike.data.storage.files import write_atomically
 from birdstrike.data.unit_systems import UnitSystem
-from birdstrike.reports.export.cards import Card, cards_of, reworded
+from birdstrike.reports.export.cards import Card, cards_of, erodes, reworded
 from birdstrike.reports.export.exported import Export, ExportedBird
 
 EXTRA = "lsdyna"
@@ -75,6 +75,8 @@ def _keywords(core: Any, bird: ExportedBird, number: int, system: UnitSystem) ->
     """The material's keyword, with the remarks above its card, and its equation of state's."""
     material, *law = cards_of(bird.material, bird.density)
     otherwise = [why for _, why in reworded(bird.material).values()]
+    if bird.sph and erodes(bird.material, bird.density):
+        otherwise.append("a particle that erodes leaves by IEROD = 2 and ICONT = 1 of *CONTROL_SPH; by 0 it stays")
     remarks = [f"Material {number}, {bird.name.replace('_', ' ')}", *bird.remarks, *otherwise]
     yield _keyword(core, material, {"mid": number}, system, remarks)
     for card in law:

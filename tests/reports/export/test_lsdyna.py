@@ -129,6 +129,14 @@ def test_a_limit_that_erodes_nothing_is_written_as_off() -> None:
     assert "tension_erosion = 0.34 erodes nothing in birdstrike and is written as 0, off" in " ".join(text.split("$ "))
 
 
+def test_what_erodes_in_birdstrike_needs_a_setting_of_lsdyna() -> None:
+    for limit, said in (("0", False), ("1.1", True)):
+        limits = {"bird.material.tension_erosion": limit, "bird.material.compression_erosion": "0"}
+        export_of = read_export("reference_strike", settings=limits)
+        text = lsdyna_deck(export_of, unit_system("mm-ms-kg-GPa"))
+        assert ("IEROD = 2 and ICONT = 1" in " ".join(text.split())) == said
+
+
 def test_no_tension_is_not_written_as_no_cutoff() -> None:
     """0 in *MAT_ELASTIC_PLASTIC_HYDRO means an unlimited tension; in *MAT_NULL it means none."""
     hydrodynamic = load_case("reference_strike_hydrodynamic", {"bird.material.pressure_cutoff": "0 MPa"})
