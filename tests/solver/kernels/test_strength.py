@@ -122,9 +122,10 @@ def test_large_simple_shear_has_the_jaumann_sinusoid(steps):
 
 
 def test_cowper_symonds_scales_the_yield_stress():
-    """1 + (rate/C)^(1/P): at rate = C the yield stress doubles, at C = 0 nothing happens."""
+    """1 + (rate/C)^(1/P): at rate = C the yield stress doubles, at 32 C with P = 5 it trebles, C = 0 is off."""
     assert rate_factor(40.0, 0.0, 5.0) == 1.0
     assert rate_factor(40.0, 40.0, 5.0) == 2.0
+    assert rate_factor(1280.0, 40.0, 5.0) == pytest.approx(3.0, rel=1e-12)
     stress, back, eps_p = np.zeros(6), np.zeros(6), 0.0
     rate, dt = np.array([40.0, -20.0, -20.0, 0.0, 0.0, 0.0]), 1e-5
     for _ in range(100):

@@ -19,6 +19,7 @@ from birdstrike.reports.verification.problems.plate import (
 from birdstrike.solver.reference.plate_ritz import ritz_frequencies
 from birdstrike.solver.target.mesh import plate_mesh
 from birdstrike.solver.target.modes import natural_frequencies
+from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.rectangle import plate_of
 from tests.solver.target.rigid_motion import assert_strained_by_no_rigid_motion
 
@@ -152,6 +153,17 @@ def test_energy_of_the_step_response(damping):
     assert sum(plate.energies.values()) + kinetic == pytest.approx(given, rel=2e-4)
     assert plate.energies["plate_hourglass"] < 0.05 * plate.energies["plate_internal"]
     assert (plate.energies["plate_damping"] > 0.01 * given) == (damping > 0.0)
+
+
+def test_damping_takes_what_the_motion_loses_in_displacement_and_in_turning():
+    """Of free nodes over one kick; half is counted before the whole step. Its impulse is the momentum lost."""
+    nodes, rng = Nodes(np.zeros((3, 3)), damping=300.0), np.random.default_rng(1)
+    nodes.mass[:], nodes.inertia[:] = rng.uniform(1.0, 2.0, (2, 3))
+    nodes.v[:], nodes.omega[:] = rng.normal(size=(2, 3, 3))
+    energy, momentum = nodes.kinetic_energy(), nodes.mass @ nodes.v
+    taken = nodes.kick_and_drift(1e-3, 1e-3, np.zeros((3, 3)))
+    assert 2.0 * taken == pytest.approx(energy - nodes.kinetic_energy(), rel=1e-12)
+    assert nodes.air_impulse == pytest.approx(momentum - nodes.mass @ nodes.v, rel=1e-12)
 
 
 def test_stable_step_is_the_limit():
