@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes, shown_channel
 from birdstrike.data.histories import Array, largest
+from birdstrike.data.ranges import Ranges
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,7 +24,7 @@ SMOOTH_LOSS = 0.05
 
 
 @dataclass(frozen=True, repr=False)
-class Dataset(Displayed):
+class Dataset(Displayed, Ranges):
     """Finished runs of a campaign.
 
     names: dotted case keys of the k parameters; units: SI unit of each; lows, highs: (k,) the case's ranges;
@@ -31,7 +32,6 @@ class Dataset(Displayed):
     time: (m,) [s]; curves: sensor name -> (n, m) SI; channel_units: sensor name -> SI unit;
     smooth: (n,) False where a run left the smooth regime (a larger share of the bird eroded than smooth_loss, which the
     bird's material declares): kept, not fitted;
-    decades: SI range and unit of a parameter that stands as its fraction of a logarithmic range, for readers;
     scales: "linear" or "logarithmic" of each parameter's range, all linear where left out;
     case_hash: hash of the resolved base case, so that a measurement is not inverted with another case's runs;
     drifts: sensor -> drift of its instrument by the case, SI a second, which the curves hold.
@@ -49,16 +49,8 @@ class Dataset(Displayed):
     smooth: NDArray[np.bool_]
     case_hash: str
     smooth_loss: float = SMOOTH_LOSS
-    decades: Mapping[str, tuple[float, float, str]] = field(default_factory=dict)
     scales: tuple[str, ...] = ()
     drifts: Mapping[str, float] = field(default_factory=dict)
-
-    def shown(self, i: int, value: float) -> tuple[float, str]:
-        """A value of parameter i as a reader knows it: SI, and its unit."""
-        if self.names[i] not in self.decades:
-            return value, self.units[i]
-        low, high, unit = self.decades[self.names[i]]
-        return low * (high / low) ** value, unit
 
     def named(self, theta: Array) -> dict[str, float]:
         """Parameters (k,) SI by their dotted case keys."""
@@ -70,8 +62,8 @@ class Dataset(Displayed):
         return {name: (float(a), float(b)) for name, a, b in zip(self.names, self.lows, self.highs, strict=True)}
 
     def nearest(self, theta: Array) -> int:
-        """Row of the run whose parameters lie nearest to theta (k,) SI, as shares of the ranges."""
-        apart = (self.parameters - theta) / (self.highs - self.lows)
+        """Row of the run whose parameters lie nearest to theta (k,) SI, as fractions of the ranges in their scales."""
+        apart = self.to_unit(self.parameters) - self.to_unit(theta)
         return int(np.argmin((apart**2).sum(axis=1)))
 
     @property

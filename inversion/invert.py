@@ -122,6 +122,7 @@ def invert(
         methods=answers,
         best=best(answers),
         ranges=dataset.ranges,
+        logarithmic=tuple(np.array(dataset.names)[dataset.logarithmic].tolist()),
         design=located.calibration.design,
         runs_used=len(dataset.runs),
         time_offset=located.origin,

@@ -15,7 +15,7 @@ from birdstrike.surrogate.features import Region
 from birdstrike.surrogate.gaussian_process import kernel_of
 from birdstrike.surrogate.inverse_network import InverseNetwork
 from birdstrike.surrogate.network import Shape
-from birdstrike.surrogate.scaling import BoundedScaling, Scaling
+from birdstrike.surrogate.scaling import OutputScaling, Scaling
 
 
 def _save(path: Path, **arrays: Any) -> None:
@@ -34,7 +34,8 @@ def save_network(path: Path, network: InverseNetwork) -> None:
         weights=network.weights,
         shape=[shape.inputs, shape.hidden, shape.outputs],
         input_scaling=[network.inputs.low, network.inputs.high],
-        output_scaling=[network.outputs.low, network.outputs.high],
+        output_scaling=[network.outputs.lows, network.outputs.highs],
+        output_scales=np.array(network.outputs.scales, dtype=str),
         channels=list(network.times),
         bounded=network.outputs.bounded,
         **times,
@@ -46,8 +47,11 @@ def load_network(path: Path) -> InverseNetwork:
     with np.load(path) as file:
         times = {str(channel): file[f"times_{i}"] for i, channel in enumerate(file["channels"])}
         bounded = "bounded" in file and bool(file["bounded"])  # older files hold linear outputs
-        inputs = Scaling(*file["input_scaling"])
-        outputs = (BoundedScaling if bounded else Scaling)(*file["output_scaling"])
+        scales = tuple(map(str, file["output_scales"])) if "output_scales" in file else ()  # older files: linear ranges
+        inputs, outputs = (
+            Scaling(*file["input_scaling"]),
+            OutputScaling(*file["output_scaling"], scales=scales, bounded=bounded),
+        )
         shape = Shape(*(int(size) for size in file["shape"]))
         return InverseNetwork(tuple(map(str, file["names"])), times, shape, file["weights"], inputs, outputs)
 

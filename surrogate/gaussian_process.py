@@ -24,7 +24,7 @@ from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, Whi
 from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
-from birdstrike.surrogate.hyperparameters import LENGTHS, SCATTER, hyperparameters
+from birdstrike.surrogate.hyperparameters import LENGTHS, SCATTER, hyperparameters, matern
 from birdstrike.surrogate.validation import leave_one_out, q2
 
 LOCALITIES = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0)
@@ -51,7 +51,7 @@ class LocalVariance:
     @classmethod
     def of(cls, lengths: Array, points: Array, squares: Array) -> LocalVariance:
         """With the locality under which the runs' errors are likeliest."""
-        return cls(lengths, points, squares, _locality(_matern(cdist(points, points)), squares))
+        return cls(lengths, points, squares, _locality(matern(cdist(points, points)), squares))
 
     def at(self, u: Array) -> Array:
         """(q,) at u (q, d), enlarged as Student's t asks for the effective number of runs."""
@@ -60,7 +60,7 @@ class LocalVariance:
 
     def correlations(self, u: Array) -> Array:
         """(q, n) Matern correlation of u (q, d) with the runs."""
-        return _matern(cdist(u / self.lengths, self.points))
+        return matern(cdist(u / self.lengths, self.points))
 
     @cached_property
     def least(self) -> float:
@@ -70,7 +70,7 @@ class LocalVariance:
     @property
     def left_out(self) -> Array:
         """(n,) at each run, by the others, not enlarged."""
-        weights = _matern(cdist(self.points, self.points)) ** self.locality
+        weights = matern(cdist(self.points, self.points)) ** self.locality
         np.fill_diagonal(weights, 0.0)
         return _local(weights, self.squares[:, None])[0][:, 0]
 
@@ -185,7 +185,7 @@ class ProcessStack:
         """Mean and variance (q, processes) at u (q, d): of a new run, its scatter included."""
         apart = (u.T[:, :, None] - self.runs.T[:, None, :]) ** 2
         squares = self._nearness @ apart.reshape(len(apart), -1)
-        correlation = _matern(np.sqrt(squares)).reshape(-1, *apart.shape[1:])  # (processes, q, n)
+        correlation = matern(np.sqrt(squares)).reshape(-1, *apart.shape[1:])  # (processes, q, n)
         mean, effective = _local(correlation**self._locality, self._squares)
         return (correlation @ self._alpha)[..., 0].T, (mean * _inflation(effective))[..., 0].T
 
@@ -205,11 +205,6 @@ def _inflations() -> tuple[Array, Array]:
 def student_inflation(freedom: float) -> float:
     """Factor on a variance estimated with so many degrees of freedom that makes a normal 95 % interval hold."""
     return float((student.ppf(0.975, freedom) / NORMAL_95) ** 2)
-
-
-def _matern(distance: Array) -> Array:
-    r = np.sqrt(5.0) * distance
-    return (1.0 + r * (1.0 + r / 3.0)) * np.exp(-r)
 
 
 def _local(weights: Array, squares: Array) -> tuple[Array, Array]:

@@ -24,7 +24,7 @@ STARTS = 10
 class HiddenSize:
     """One size: mean and standard deviation over the starts of the cross-validated root mean square error.
 
-    In parts of the parameters' ranges.
+    In fractions of the parameters' ranges, each in its scale.
     """
 
     hidden: int
@@ -39,11 +39,11 @@ def search(
     seed: int = 0,
     settings: Settings | None = None,
     progress: Progress = silent,
-    share: Callable[[Array], Array] = np.asarray,
+    fractions: Callable[[Array], Array] = np.asarray,
 ) -> tuple[HiddenSize, ...]:
     """Sizes with their errors, in the order given; x (n, inputs), t (n, outputs) scaled. A fold: every fourth row.
 
-    share: scaled outputs -> shares of the parameters' ranges. Raises UserError below 3 rows.
+    fractions: scaled outputs -> fractions of the parameters' ranges. Raises UserError below 3 rows.
     """
     if len(x) < 3:
         raise UserError(
@@ -54,7 +54,7 @@ def search(
     found: list[HiddenSize] = []
     for i, hidden in enumerate(sizes):
         shape = Shape(x.shape[1], hidden, t.shape[1])
-        squares = [_squares(shape, x, t, fold, seed, settings, share) for fold in folds]
+        squares = [_squares(shape, x, t, fold, seed, settings, fractions) for fold in folds]
         errors = np.sqrt(np.mean(squares, axis=0))
         found.append(HiddenSize(hidden, float(errors.mean()), float(errors.std(ddof=1))))
         progress((i + 1) / len(sizes))
@@ -73,11 +73,11 @@ def _squares(
     fold: int,
     seed: int,
     settings: Settings | None,
-    share: Callable[[Array], Array],
+    fractions: Callable[[Array], Array],
 ) -> Array:
     """(starts,) mean squared error on one fold of networks that were trained on the others."""
     out = np.arange(len(x)) % FOLDS == fold
     samples = Samples(x[~out], t[~out], x[out], t[out])
     weights = train(shape, starts(shape, STARTS, seed), samples, settings).weights
-    truth = share(t[out])
-    return np.array([np.mean((share(forward(shape, w, x[out])) - truth) ** 2) for w in weights])
+    truth = fractions(t[out])
+    return np.array([np.mean((fractions(forward(shape, w, x[out])) - truth) ** 2) for w in weights])

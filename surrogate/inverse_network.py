@@ -15,14 +15,14 @@ from birdstrike.data.progress import Progress, part_of, silent
 from birdstrike.surrogate import hidden_size
 from birdstrike.surrogate.holdout import held_out
 from birdstrike.surrogate.network import Shape, forward, nguyen_widrow
-from birdstrike.surrogate.scaling import BoundedScaling, Scaling
+from birdstrike.surrogate.scaling import OutputScaling, Scaling
 from birdstrike.surrogate.trainers import adam, bayesian_regularisation, ensemble, levenberg_marquardt
 from birdstrike.surrogate.trainers.training import Samples, Training
 
 HIDDEN = 9  # found best among 7 to 14 by the authors of the bird-strike network
 SEARCH = 0.9  # share of the progress that a search for the hidden size takes
 ROUNDING = 1e-6  # of a channel's largest value
-OUTPUTS = {"bounded": BoundedScaling, "linear": Scaling}
+OUTPUTS = ("bounded", "linear")
 """Outputs that stay inside the ranges, and those of the bird-strike network, which may leave them."""
 NOISY_COPIES = 10
 """Copies of every training run with the record's noise, by default.
@@ -41,8 +41,8 @@ TRAINERS = {
 
 def refuse_unknown(trainer: str, outputs: str = "bounded") -> None:
     """Raise UserError for a trainer or a kind of outputs that there is not."""
-    for name, given, known in (("outputs", outputs, OUTPUTS), ("trainer", trainer, TRAINERS)):
-        if given not in tuple(known):
+    for name, given, known in (("outputs", outputs, OUTPUTS), ("trainer", trainer, tuple(TRAINERS))):
+        if given not in known:
             raise UserError(f'{name} = "{given}" is unknown; use one of: {", ".join(known)}')
 
 
@@ -58,7 +58,7 @@ class InverseNetwork:
 
     names: (k) dotted case keys it returns; times: channel -> instants [s] it reads, in the order of its inputs;
     weights: (p,), or (N, p) of an ensemble, whose mean answers; inputs, outputs: scalings of the sampled values (SI)
-    and of the parameters (SI).
+    and of the parameters (SI), these over the case's ranges in their scales.
     """
 
     names: tuple[str, ...]
@@ -66,21 +66,26 @@ class InverseNetwork:
     shape: Shape
     weights: Array
     inputs: Scaling
-    outputs: Scaling
+    outputs: OutputScaling
 
     def predict(self, values: Array) -> Array:
         """Parameters (n, k) SI from sampled values (n, inputs) SI, channel after channel; linear outputs may leave
         the ranges."""
+        return self.outputs.to_physical(self.fractions(values))
+
+    def fractions(self, values: Array) -> Array:
+        """The same as fractions (n, k) of the ranges, each in its scale."""
         x, members = self.inputs.to_unit(values), np.atleast_2d(self.weights)
-        return self.outputs.from_unit(np.mean([forward(self.shape, w, x) for w in members], axis=0))
+        return self.outputs.fractions(np.mean([forward(self.shape, w, x) for w in members], axis=0))
 
 
 @dataclass(frozen=True)
 class NetworkFit:
     """A network, how it was trained, and how it does on the runs it never saw.
 
-    held_out: (h,) positions of the test runs among the campaign's; errors: (h, k) predicted minus true parameters, SI;
-    seen: (2, inputs) lowest and highest scaled inputs that it was trained on, noisy copies included;
+    held_out: (h,) positions of the test runs among the campaign's; errors: (h, k) predicted minus true parameters, in
+    fractions of the ranges, each in its scale; seen: (2, inputs) lowest and highest scaled inputs that it was trained
+    on, noisy copies included;
     notes: sentences a user should read; tried: numbers of hidden neurons with their errors, where they were searched.
     """
 
@@ -133,12 +138,13 @@ def fit_network(
     own = np.flatnonzero(dataset.distinct)
     test = own[held_out(len(own))]
     train = np.setdiff1d(own, test)
-    inputs, ranges = Scaling.over(values[train], _least(dataset, times)), OUTPUTS[outputs](dataset.lows, dataset.highs)
-    x, t = inputs.to_unit(values), ranges.to_unit(theta)
+    inputs = Scaling.over(values[train], _least(dataset, times))
+    ranges = OutputScaling(dataset.lows, dataset.highs, dataset.scales, outputs == "bounded")
+    x, t = inputs.to_unit(values), ranges.targets(theta)
     notes, tried = _notes(inputs), ()
     if hidden is None:
         tried = hidden_size.search(
-            x[train], t[train], seed=seed, progress=part_of(progress, 0.0, SEARCH), share=ranges.share
+            x[train], t[train], seed=seed, progress=part_of(progress, 0.0, SEARCH), fractions=ranges.fractions
         )
         progress = part_of(progress, SEARCH, 1.0)
         hidden, notes = hidden_size.best(tried).hidden, (*notes, _tried(tried))
@@ -152,7 +158,8 @@ def fit_network(
         notes = (*notes, warned)
     network = InverseNetwork(dataset.names, dict(times), shape, training.weights, inputs, ranges)
     seen = np.stack([learnt.min(axis=0), learnt.max(axis=0)])
-    return NetworkFit(network, training, test, network.predict(values[test]) - theta[test], seen, notes, tried)
+    errors = network.fractions(values[test]) - dataset.to_unit(theta[test])
+    return NetworkFit(network, training, test, errors, seen, notes, tried)
 
 
 def _augmented(

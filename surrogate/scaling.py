@@ -1,26 +1,24 @@
-"""Columns scaled to 0..1, as a network's inputs and outputs want them."""
+"""Columns scaled to 0..1, as a network's inputs and outputs want them: inputs linearly, outputs as the ranges are."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, logit
 
 from birdstrike.data.histories import Array
+from birdstrike.data.ranges import Ranges
 
 
 @dataclass(frozen=True)
 class Scaling:
     """Linear map of each column from low..high to 0..1; low, high: (k,) in the columns' own units.
 
-    A constant column (low == high) carries no information: it maps to 0, and back to its one value.
-    bounded: whether `from_unit` stays inside the range.
+    A constant column (low == high) carries no information: it maps to 0.
     """
 
-    bounded: ClassVar[bool] = False
     low: Array
     high: Array
 
@@ -43,31 +41,36 @@ class Scaling:
         """(n, k) or (k,) -> the same shape, 0..1 inside the range, beyond it outside."""
         return np.where(self.constant, 0.0, (values - self.low) / self._span)
 
-    def from_unit(self, unit: Array) -> Array:
-        """The inverse of `to_unit`."""
-        return np.where(self.constant, self.low, self.low + self.share(unit) * self._span)
-
-    def share(self, unit: Array) -> Array:
-        """Scaled values as shares of the range, 0 at `low` and 1 at `high`."""
-        return unit
-
 
 EDGE = 0.02
 """Of a range: how far inside its ends the logistic curve of a bounded output puts them, where it is still steep."""
 
 
 @dataclass(frozen=True)
-class BoundedScaling(Scaling):
-    """Outputs that never leave low..high: a linear output y passes through a logistic curve, 0..1 for 0 <= y <= 1."""
+class OutputScaling(Ranges):
+    """A network's outputs y (n, k) for parameters over their ranges: y = 0 at `lows`, 1 at `highs`, in their scales.
 
-    bounded: ClassVar[bool] = True
+    A network learns logarithms of a parameter that spans decades, as its design spreads the runs: linearly nine of ten
+    runs over three decades would be one target. bounded: y passes through a logistic curve, so that no parameter leaves
+    its range; else y is the fraction of the range, which is the bird-strike network where the range is linear.
+    """
 
-    def to_unit(self, values: Array) -> Array:
-        """Targets of the linear output; values beyond the range count as its end."""
-        unit = np.clip(super().to_unit(values), 0.0, 1.0)
-        return 0.5 + logit(EDGE + (1.0 - 2.0 * EDGE) * unit) / (2.0 * logit(1.0 - EDGE))
+    lows: Array
+    highs: Array
+    scales: tuple[str, ...] = ()
+    bounded: bool = True
 
-    def share(self, unit: Array) -> Array:
-        """Inside 0..1, whatever the linear output is."""
-        curve = expit((2.0 * unit - 1.0) * logit(1.0 - EDGE))
+    def targets(self, values: Array) -> Array:
+        """y for parameters (n, k) SI; where bounded, values beyond the range count as its end."""
+        unit = self.to_unit(values)
+        if not self.bounded:
+            return unit
+        inside = np.clip(unit, 0.0, 1.0)
+        return 0.5 + logit(EDGE + (1.0 - 2.0 * EDGE) * inside) / (2.0 * logit(1.0 - EDGE))
+
+    def fractions(self, y: Array) -> Array:
+        """Fractions of the ranges for y; inside 0..1 where bounded."""
+        if not self.bounded:
+            return y
+        curve = expit((2.0 * y - 1.0) * logit(1.0 - EDGE))
         return np.clip((curve - EDGE) / (1.0 - 2.0 * EDGE), 0.0, 1.0)

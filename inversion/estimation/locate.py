@@ -203,8 +203,7 @@ def _of_priors(coordinates: Coordinates, choice: InversionOptions, dataset: Data
         return [f"the prior of {names} is not used: the design varies combinations of the parameters alone"]
 
     def shown(i: int, z: float) -> str:
-        value, unit = dataset.shown(i, float(coordinates.values(i, np.array([z]))[0]))
-        return quantity(value, unit)
+        return quantity(float(coordinates.values(i, np.array([z]))[0]), dataset.units[i])
 
     sd = np.sqrt(np.diag(best.covariance)[:-1])
     warnings = conflicts(coordinates.prior, dataset.names, best.z, sd, shown)
@@ -245,10 +244,8 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
         sentences.append(f"{which} lost more than {limit}: the emulator leaves them out")
     for i, name in enumerate(dataset.names):
         for low, high in _gaps(emulator, dataset, i):
-            (start, unit), (end, _) = dataset.shown(i, low), dataset.shown(i, high)
-            where = span(start, end, unit)
-            label = plain(name, dataset.names)
-            sentences.append(f"{label} {where}: too few smooth runs stand there, so no answer is sought there")
+            where = f"{plain(name, dataset.names)} {span(low, high, dataset.units[i])}"
+            sentences.append(f"{where}: too few smooth runs stand there, so no answer is sought there")
     q2 = {plain(channel): curve.validation.q2 for channel, curve in emulator.channels.items()}
     if poorly := [f"{channel} (Q2 {one:.2f})" for channel, one in q2.items() if not one > POOR_Q2]:
         what, it = ("each", "them") if len(poorly) > 1 else ("the channel", "it")

@@ -25,7 +25,6 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.progress import Progress
-from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.whitening import principal
@@ -243,11 +242,11 @@ class CorrectedCampaign:
 
     def _place(self, theta: Array) -> Array:
         """Fractions (k,) of the ranges, each in its scale."""
-        return ParameterSpace.of_dataset(self.dataset).to_unit(theta)
+        return self.dataset.to_unit(theta)
 
     def _theta(self, z: Array) -> Array:
         """Parameters (q, k) SI at fractions z (q, k) of the ranges, each in its scale."""
-        return ParameterSpace.of_dataset(self.dataset).to_physical(z)
+        return self.dataset.to_physical(z)
 
 
 @dataclass(frozen=True)
@@ -296,7 +295,7 @@ def correct_campaign(
     """
     begun, emulator = perf_counter(), fit_emulator(dataset, channels, seed)
     rows = np.flatnonzero(np.isin(dataset.runs, emulator.runs))
-    places = ParameterSpace.of_dataset(dataset).to_unit(dataset.parameters)
+    places = dataset.to_unit(dataset.parameters)
     chosen = rows[list(spread(places[rows])[:FINE_RUNS])]
     finished, curves = _fine_runs(dataset, fine, chosen, channels, progress)
     z = places[finished]

@@ -248,8 +248,7 @@ def _dataset(shots: Sequence[CampaignShot]) -> Dataset:
 
 def _rows(dataset: Dataset, points: Array) -> NDArray[np.int64]:
     """Row of the data set at each point (n, k), -1 where it has none."""
-    scale = dataset.highs - dataset.lows
-    apart = np.abs((dataset.parameters[None] - points[:, None]) / scale).max(axis=2)
+    apart = np.abs(dataset.to_unit(dataset.parameters)[None] - dataset.to_unit(points)[:, None]).max(axis=2)
     nearest = apart.argmin(axis=1)
     return np.where(apart[np.arange(len(points)), nearest] < 1e-9, nearest, -1)
 

@@ -34,8 +34,7 @@ from birdstrike.inversion.estimation.shots import CampaignShot, Joint
 from birdstrike.inversion.forward import Forward, StoredSolver
 from birdstrike.inversion.models.candidates import PREFIX, Candidate, calibrated_case, literature_case, refuse_invalid
 from birdstrike.inversion.models.points import near_answer
-from birdstrike.inversion.models.scaled import NearestFinished, Scale, ScaledForward
-from birdstrike.inversion.models.simulations import LatePool, PlacedSolver, simulate_all
+from birdstrike.inversion.models.simulations import LatePool, NearestFinished, PlacedSolver, simulate_all
 from birdstrike.inversion.observations.expected import declared_drifts
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.solver.case.case import Case
@@ -118,9 +117,9 @@ class ModelRuns:
         return [calibrated_case(self.chosen, setup.case) for setup in self.setups]
 
     @cached_property
-    def scale(self) -> Scale:
-        """Ranges and their scales."""
-        return Scale(ParameterSpace.of_case(self.cases[0]))
+    def space(self) -> ParameterSpace:
+        """Ranges and their scales, the same of all cases."""
+        return ParameterSpace.of_case(self.cases[0])
 
     @cached_property
     def store(self) -> RunStore:
@@ -144,12 +143,12 @@ class ModelRuns:
                 say=said.append,
                 retry=self.retry,
             )
-            shots.append(self._shot(setup, case, self.scale.dataset(dataset), place, said))
+            shots.append(self._shot(setup, case, dataset, place, said))
         return shots
 
     def refuse_invalid_runs(self) -> None:
         """Raises CaseError where a case refuses a run of its design, which would end the campaigns half-way."""
-        names = self.scale.space.names
+        names = self.space.names
         for setup, case in zip(self.setups, self.cases, strict=True):
             rows = self._design(setup).values
             refuse_invalid(self.chosen, case, (dict(zip(names, map(float, row), strict=True)) for row in rows))
@@ -157,16 +156,14 @@ class ModelRuns:
     def _design(self, setup: ShotSetup) -> Design:
         """Of a shot's campaign: what its folder holds, or the same points for all."""
         o = self.options
-        return planned_design(o.design, self.scale.space, o.runs, o.seed, self.folder / setup.name)
+        return planned_design(o.design, self.space, o.runs, o.seed, self.folder / setup.name)
 
     def _shot(self, setup: ShotSetup, case: Case, dataset: Dataset, place: Path, said: list[str]) -> CampaignShot:
         dataset = replace(dataset, drifts=declared_drifts(case))
-        stored = PlacedSolver(case, self.store, (RunStore(place / "runs"),), retry=self.retry)
-        solver = ScaledForward(stored, self.scale)
+        solver = PlacedSolver(case, self.store, (RunStore(place / "runs"),), retry=self.retry)
         nuisances = NuisanceRuns(solver, case_nuisances(case))
         shares = stated_discrepancy(case, setup.measured.channels, None)
         options = InversionOptions(seed=self.options.seed, more_runs="--runs N").fit_alone.of_case(case)
-        options = replace(options, priors=self.scale.priors(case.priors))
 
         def columns(observations: Observations, mode: Mode) -> Array:
             parts = [nuisances.columns(observations, dataset.named(mode.theta), mode.t0)]
@@ -200,7 +197,7 @@ class ModelRuns:
 
     def _with_points(self, dataset: Dataset, points: Array, joint: Forward, said: list[str]) -> Dataset:
         thetas = [dataset.named(row) for row in points]
-        self.together([self.scale.values(theta) for theta in thetas])
+        self.together(thetas)
         for theta in thetas:
             try:
                 dataset = with_run(dataset, theta, joint(theta))
@@ -213,9 +210,8 @@ class ModelRuns:
         simulate_all([(case, values) for case in self.cases for values in points], self.store, self.pool, self.retry)
 
     def simulated(self, points: Iterable[tuple[Case, Mapping[str, float]]]) -> None:
-        """Each case at values as the estimation sees them, in parallel."""
-        jobs = [(case, self.scale.values(theta)) for case, theta in points]
-        simulate_all(jobs, self.store, self.pool, self.retry)
+        """Each case at its SI values, in parallel."""
+        simulate_all(list(points), self.store, self.pool, self.retry)
 
     def published(self) -> list[Histories | None]:
         """Each shot with the published constants, None where there are none or the run failed."""

@@ -57,6 +57,6 @@ def combinations(runs: ModelRuns, outcome: InversionOutcome, located: Located) -
 
 
 def _moduli(runs: ModelRuns, theta: Array) -> Array:
-    """Bulk modulus [Pa] at what the estimation found (n, k), as far as the case does not refuse it."""
-    rows, names = runs.scale.physical(theta), runs.scale.space.names
-    return np.array(bulk_moduli(runs.cases[0], (dict(zip(names, map(float, row), strict=True)) for row in rows)))
+    """Bulk modulus [Pa] at parameters (n, k) SI, as far as the case does not refuse it."""
+    names = runs.space.names
+    return np.array(bulk_moduli(runs.cases[0], (dict(zip(names, map(float, row), strict=True)) for row in theta)))

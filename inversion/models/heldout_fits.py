@@ -24,7 +24,7 @@ Residuals = Mapping[str, tuple[float, ...]]
 
 
 class HeldOut(NamedTuple):
-    """thetas: part that was left out -> what the rest gave, as the estimation sees it; residuals: shot -> channel ->
+    """thetas: part that was left out -> what the rest gave, SI; residuals: shot -> channel ->
     the solver's there, over their noise. A part is a shot, or of a single record "SHOT, third N"."""
 
     thetas: dict[str, dict[str, float]]

@@ -92,7 +92,7 @@ class ModelFit:
             literature=self._literature(),
             verified=self._verified(shots, clocks, outcome),
             published=self._errors(shots, clocks, published),
-            heldout_parameters={name: self.runs.scale.values(theta) for name, theta in folds.thetas.items()},
+            heldout_parameters=folds.thetas,
             residuals=folds.residuals,
             q2=q2,
             optimised=self._optimised(shots, clocks, said),
@@ -110,20 +110,15 @@ class ModelFit:
         )
 
     def _kept(self, emulator: Emulator, dataset: Dataset, located: Located, clocks: Sequence[float]) -> None:
-        """The emulator of all shots, how its inputs are to be read, and the time origins, for the page with sliders."""
+        """The emulator of all shots, known points of it, and the time origins, for the page with sliders."""
         save_emulator(self.runs.folder / "emulator.npz", emulator, dataset)
-        space, log = self.runs.scale.space, self.runs.scale.space.logarithmic
         literature = self._literature()
-        published = np.array([[literature.get(name, np.nan) for name in space.names]])
-        seen = np.where(log, space.to_unit(published), published)[0]
-        ends = zip(space.names, dataset.lows, dataset.highs, strict=True)
-        decades = zip(space.names, space.lows, space.highs, space.units, log, strict=True)
+        published = [literature.get(name) for name in dataset.names]
         content = {
-            "ranges": {name: [float(low), float(high)] for name, low, high in ends},
-            "units": dict(zip(space.names, dataset.units, strict=True)),
-            "logarithmic": {name: [float(low), float(high), unit] for name, low, high, unit, one in decades if one},
+            "ranges": dataset.ranges,
+            "units": dict(zip(dataset.names, dataset.units, strict=True)),
             "calibrated": [float(v) for v in located.calibration.modes[0].theta],
-            "published": [float(v) for v in seen] if np.isfinite(seen).all() else None,
+            "published": published if None not in published else None,
             "channels": {
                 setup.name: {name: name + suffix(i) for name in setup.measured.channels}
                 for i, setup in enumerate(self.runs.setups)
@@ -133,10 +128,9 @@ class ModelFit:
         write_json(self.runs.folder / "emulator.json", content)
 
     def _kept_draws(self, outcome: InversionOutcome) -> None:
-        """The posterior's draws in SI, for `predict`."""
+        """The posterior's draws, for `predict`."""
         if outcome.posterior is not None:
-            drawn = replace(outcome.posterior, theta=self.runs.scale.physical(outcome.posterior.theta))
-            write_draws(self.runs.folder / DRAWS_FILE, drawn, self.runs.scale.space.names)
+            write_draws(self.runs.folder / DRAWS_FILE, outcome.posterior, self.runs.space.names)
 
     def _best_share(
         self, dataset: Dataset, joint: Joint, emulator: Emulator, discrepancy: Discrepancy
@@ -184,7 +178,7 @@ class ModelFit:
             return np.concatenate(parts)
 
         self.runs.report(name, 0.0)
-        space = self.runs.scale.space
+        space = self.runs.space
         problem = Problem(
             space.names,
             space.to_physical,
@@ -221,21 +215,13 @@ class ModelFit:
                 write_histories(self.runs.folder / f"{what}_{setup.name}.csv", replace(run, time=run.time + t0))
 
     def _estimates(self, outcome: InversionOutcome) -> dict[str, Estimate]:
-        """SI values and intervals."""
-        found: dict[str, Estimate] = {}
-        units = dict(zip(self.runs.scale.space.names, self.runs.scale.space.units, strict=True))
-        for name, one in outcome.inversion.methods["emulator"].parameters.items():
-            value = None if one.value is None else self.runs.scale.value(name, one.value)
-            ends = one.interval_95
-            interval = (self.runs.scale.value(name, ends[0]), self.runs.scale.value(name, ends[1])) if ends else None
-            found[name] = replace(
-                one, value=value, interval_95=interval, unit=units[name], reason=self._named(one.reason)
-            )
-        return found
+        """With the shots' names in what is said of them."""
+        found = outcome.inversion.methods["emulator"].parameters
+        return {name: replace(one, reason=self._named(one.reason)) for name, one in found.items()}
 
     def _literature(self) -> dict[str, float]:
         """Published values of what is sought, SI."""
-        return literature_values(self.runs.chosen, self.runs.setups[0].case, self.runs.scale.space.names)
+        return literature_values(self.runs.chosen, self.runs.setups[0].case, self.runs.space.names)
 
     def _q2(self, outcome: InversionOutcome) -> dict[str, dict[str, float | None]]:
         q2 = outcome.inversion.emulator.q2

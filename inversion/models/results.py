@@ -276,6 +276,15 @@ def read_comparison(place: Path, model: str = "") -> ModelComparison:
     return found
 
 
+def emulator_notes(folder: Path) -> dict[str, Any] | None:
+    """What stands beside the emulator in a model's folder: ranges, units, known points, clocks, all SI.
+
+    None where there is none, or one of an earlier version, which had constants over decades as fractions of these.
+    """
+    found = read_json(folder / "emulator.json")
+    return None if "clocks" not in found or found.get("logarithmic") else found
+
+
 def _answer_of(name: str, tree: Mapping[str, Any]) -> ModelAnswer:
     """One model of models.json."""
     weighted = tree["verified_weighted"]

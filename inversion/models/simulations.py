@@ -5,18 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import CaseError, RunFailed
 from birdstrike.data.histories import Histories
+from birdstrike.data.progress import Progress
 from birdstrike.data.storage.store import RunStore
 from birdstrike.doe.campaign.run import PlannedRun
 from birdstrike.doe.campaign.runner import Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
-from birdstrike.inversion.forward import StoredSolver
+from birdstrike.inversion.forward import Forward, StoredSolver, watched
 from birdstrike.solver.case.case import Case
 
 
@@ -70,3 +74,34 @@ class PlacedSolver(StoredSolver):
             return super().__call__(theta)
         except CaseError as error:
             raise RunFailed("; ".join(error.errors), "narrow the ranges: inversion.models") from error
+
+
+@dataclass(frozen=True, eq=False)
+class NearestFinished:
+    """A forward model that answers with the nearest run of a campaign where its own simulation fails, and says so.
+
+    A model whose best constants make the solver fail is still to be compared with the others.
+    """
+
+    forward: Forward
+    dataset: Dataset
+    say: Callable[[str], None]
+
+    def __call__(self, theta: Mapping[str, float]) -> Histories:
+        """Histories at these parameters, or at the nearest run's; raises RunFailed where that one fails too."""
+        try:
+            return self.forward(theta)
+        except RunFailed as failure:
+            place = np.array([theta[name] for name in self.dataset.names])
+            nearest = self.dataset.nearest(place)
+            number = int(self.dataset.runs[nearest])
+            self.say(
+                f"the simulation at an answer failed ({failure}): run {number} of the campaign, "
+                "the nearest that finished, stands in for it, so that the errors are those of its constants; change "
+                "what the solver asks for, or narrow the ranges: inversion.models"
+            )
+            return self.forward(self.dataset.named(self.dataset.parameters[nearest]))
+
+    def watched(self, progress: Progress) -> NearestFinished:
+        """The same with its progress reported."""
+        return replace(self, forward=watched(self.forward, progress))

@@ -17,8 +17,13 @@ from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.estimation.prior import NormalPrior
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.models.ranking import misses
-from birdstrike.inversion.models.results import COMPARISON, ModelAnswer, ModelComparison, read_comparison
-from birdstrike.inversion.models.scaled import Scale
+from birdstrike.inversion.models.results import (
+    COMPARISON,
+    ModelAnswer,
+    ModelComparison,
+    emulator_notes,
+    read_comparison,
+)
 from birdstrike.inversion.models.warning_summary import summarised, warnings_of
 from birdstrike.inversion.prediction.from_inversion import NO_SAMPLE, rough_draws
 from birdstrike.inversion.prediction.learnt import (
@@ -130,7 +135,12 @@ def _explanation(folder: Path, model: ModelAnswer, share: float, shots: tuple[Le
 def _rough(folder: Path, model: ModelAnswer, case: Case) -> pd.DataFrame:
     """Where no sample is stored; case: with the ranges."""
     space = ParameterSpace.of_case(case)
-    searched = Scale(space).physical(read_region(_present(folder.parent, folder / "emulator.npz")))
+    if emulator_notes(folder) is None:
+        raise UserError(
+            f"{folder}: no emulator, or one of an earlier version; repeat calibrate-models with the same --out, whose "
+            "simulations are stored"
+        )
+    searched = read_region(_present(folder.parent, folder / "emulator.npz"))
     prior = NormalPrior.of(case.priors, space)
     return pd.DataFrame(rough_draws(space, model.parameters, searched, prior, 0), columns=list(space.names))
 

@@ -15,6 +15,7 @@ from birdstrike.data.columns import read_columns
 from birdstrike.data.display import Displayed, own_axes
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import plain, quantity, span
+from birdstrike.data.ranges import fraction
 from birdstrike.data.storage.files import file_in, write_atomically
 from birdstrike.inversion.results.estimates import Answer, ends_95
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
@@ -47,6 +48,7 @@ class Inversion(Displayed):
 
     methods: those that were run; best: the one whose verification run differs least from the record, over noise;
     ranges: name -> limits of the search, SI; runs_used: finished runs of the campaign, those of a refinement included;
+    logarithmic: names whose range is one of the logarithm;
     prior_predictive: `cloud` in the file; residual: of the emulator's best fit.
     None in older files, and where not asked for: residual, posterior, identifiability, refinement. known_errors: what
     the model's error holds besides the emulator's; shots: of several records; shot_scatter: 1 sigma, relative
@@ -75,6 +77,11 @@ class Inversion(Displayed):
     shots: tuple[ShotFigures, ...] = ()
     shot_scatter: float | None = None
     mesh_correction: tuple[MeshCorrectionFigures, ...] = ()
+    logarithmic: tuple[str, ...] = ()
+
+    def fraction(self, name: str, value: float) -> float:
+        """Place of a parameter's value (SI) on its range, in the scale of that, 0..1."""
+        return fraction(value, *self.ranges[name], name in self.logarithmic)
 
     def save(self, path: str | Path) -> None:
         """Write JSON, into inversion.json of a folder; what is not finite becomes null."""
@@ -183,17 +190,17 @@ class Inversion(Displayed):
         return arviz.from_dict(posterior=draws, attrs=known)
 
     def plot(self, axes: Axes | None = None, **look: Any) -> Axes:
-        """Each method's 95 % intervals as shares of the ranges that were searched; hollow: not identifiable."""
+        """Each method's 95 % intervals as shares of the ranges, in the scales of these; hollow: not identifiable."""
         on, names = own_axes(axes), list(self.ranges)
         for number, (method, answer) in enumerate(self.methods.items()):
             for row, name in enumerate(names):
-                one, (low, high) = answer.parameters[name], self.ranges[name]
+                one = answer.parameters[name]
                 place, colour = row + 0.2 * number, f"C{number}"
-                ends = [(end - low) / (high - low) for end in one.interval_95 or (low, high)]
+                ends = [self.fraction(name, end) for end in one.interval_95 or self.ranges[name]]
                 on.plot(ends, [place, place], color=colour, alpha=1.0 if one.identified else 0.3, **look)
                 if one.value is not None:
                     face = colour if one.identified else "none"
-                    on.plot((one.value - low) / (high - low), place, "o", color=colour, markerfacecolor=face)
+                    on.plot(self.fraction(name, one.value), place, "o", color=colour, markerfacecolor=face)
             on.plot([], [], color=f"C{number}", label=method)
         on.set_yticks(range(len(names)), [plain(name, names) for name in names])
         on.set_xlim(-0.03, 1.03)

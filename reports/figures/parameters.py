@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from birdstrike.data.ranges import fraction
 from birdstrike.reports.figures.quantities import bound, parameter_label
 from birdstrike.reports.figures.style import METHOD_MARKERS, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import COLOURS
@@ -23,17 +24,18 @@ class Mark:
 
 @dataclass(frozen=True)
 class ParameterRow:
-    """A parameter with its range (SI), and method -> mark."""
+    """A parameter with its range (SI) and whether that is one of the logarithm, and method -> mark."""
 
     name: str
     unit: str
     low: float
     high: float
     estimates: Mapping[str, Mark]
+    logarithmic: bool = False
 
     def share(self, value: float) -> float:
-        """Place of an SI value on the range, 0..1."""
-        return (value - self.low) / (self.high - self.low)
+        """Place of an SI value on the range in its scale, 0..1."""
+        return fraction(value, self.low, self.high, self.logarithmic)
 
 
 @styled

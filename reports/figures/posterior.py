@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, NullLocator
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, symbol
@@ -22,12 +23,16 @@ DASHES = ("-", "--", "-.", ":")
 
 
 @styled
-def corner_figure(draws: Mapping[str, Array], units: Mapping[str, str], best: Mapping[str, float]) -> Figure:
-    """Histograms of every parameter and of every pair; draws: name -> (n,) SI; best: the most probable point, SI."""
+def corner_figure(
+    draws: Mapping[str, Array], units: Mapping[str, str], best: Mapping[str, float], logarithmic: Collection[str] = ()
+) -> Figure:
+    """Histograms of every parameter and of every pair; draws: name -> (n,) SI; best: the most probable point, SI;
+    logarithmic: names drawn in their logarithm."""
     names = list(draws)
     figure, grid = _triangle(len(names))
     values = {name: shown(draws[name], units[name]) for name in names}
     points = {name: float(shown(np.array(best[name]), units[name])[0]) for name in names}
+    edges = {name: _edges(values[name][0], name in logarithmic) for name in names}
     for i, row in enumerate(names):
         for j, column in enumerate(names[: i + 1]):
             axes = grid[i, j]
@@ -35,11 +40,15 @@ def corner_figure(draws: Mapping[str, Array], units: Mapping[str, str], best: Ma
             axes.tick_params(labelsize=7)
             axes.xaxis.set_major_locator(MaxNLocator(4) if i == len(names) - 1 else NullLocator())
             axes.yaxis.set_major_locator(MaxNLocator(4) if j == 0 < i else NullLocator())
+            if column in logarithmic:
+                _logarithmic(axes, "x", edges[column], i == len(names) - 1)
+            if row in logarithmic and i != j:
+                _logarithmic(axes, "y", edges[row], j == 0)
             if i == j:
-                axes.hist(values[row][0], BINS, color=SKY)
+                axes.hist(values[row][0], edges[row], color=SKY)
                 axes.axvline(points[row], color=VERMILION, linewidth=1.0)
             else:
-                axes.hist2d(values[column][0], values[row][0], BINS, cmap="Blues")
+                axes.hist2d(values[column][0], values[row][0], [edges[column], edges[row]], cmap="Blues")
                 axes.plot(points[column], points[row], "+", color=VERMILION)
             if i == len(names) - 1:
                 axes.set_xlabel(labelled(symbol(column, names), values[column][1]), fontsize=8)
@@ -47,6 +56,24 @@ def corner_figure(draws: Mapping[str, Array], units: Mapping[str, str], best: Ma
                 axes.set_ylabel(labelled(symbol(row, names), values[row][1]), fontsize=8)
                 axes.yaxis.set_label_coords(-0.42, 0.5)
     return figure
+
+
+def _edges(values: Array, logarithmic: bool) -> Array:
+    """(BINS + 1,) edges of equal bins of the values, or of their logarithms."""
+    spread = np.geomspace if logarithmic else np.linspace
+    return spread(values.min(), values.max(), BINS + 1)
+
+
+def _logarithmic(axes: Axes, which: Literal["x", "y"], edges: Array, ticks: bool) -> None:
+    """An axis in the logarithm of values on one side of 0, with or without ticks."""
+    (axes.set_xscale if which == "x" else axes.set_yscale)("symlog", linthresh=float(np.abs(edges).min()))
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    axis.set_minor_locator(NullLocator())
+    if ticks:
+        axis.set_major_locator(FixedLocator(edges[[0, BINS // 2, BINS]].tolist()))
+        axis.set_major_formatter(lambda value, _: f"{value:.3g}")
+    else:
+        axis.set_major_locator(NullLocator())
 
 
 def _triangle(count: int) -> tuple[Figure, Mapping[tuple[int, int], Axes]]:

@@ -33,7 +33,9 @@ def section(results: InversionResults) -> Section:
 def _corner(results: InversionResults, posterior: PosteriorFigures) -> Block:
     draws = results.draws or {}
     units = {**results.units, "time_offset": "s"}
-    figure = corner_figure({name: draws[name] for name in posterior.names}, units, posterior.most_probable)
+    figure = corner_figure(
+        {name: draws[name] for name in posterior.names}, units, posterior.most_probable, results.inversion.logarithmic
+    )
     worst = max((value for value in posterior.rhat.values() if value is not None), default=float("nan"))
     contraction = ", ".join(
         f"{symbol(name, posterior.names)} {100 * value:.0f} %" for name, value in posterior.contraction.items()

@@ -26,8 +26,11 @@ def section(results: InversionResults) -> Section:
 
 def parameter_rows(results: InversionResults) -> list[ParameterRow]:
     """The parameters with their ranges, SI, and each method's value and interval."""
-    ranges, units = results.inversion.ranges, results.units
-    return [ParameterRow(name, units[name], low, high, _marks(results, name)) for name, (low, high) in ranges.items()]
+    found, units = results.inversion, results.units
+    return [
+        ParameterRow(name, units[name], low, high, _marks(results, name), name in found.logarithmic)
+        for name, (low, high) in found.ranges.items()
+    ]
 
 
 def _marks(results: InversionResults, name: str) -> dict[str, Mark]:
@@ -42,7 +45,8 @@ def _caption(results: InversionResults) -> str:
         parameters = results.inversion.methods[method].parameters
         found = [symbol(name, parameters) for name, estimate in parameters.items() if estimate.identified]
         texts.append(f"the {method} identifies {', '.join(found) if found else 'none'}")
-    return f"Each bar is a parameter's range: {'; '.join(texts)}. Hatched: identified by no method."
+    scale = ", in its logarithm where it spans decades" if results.inversion.logarithmic else ""
+    return f"Each bar is a parameter's range{scale}: {'; '.join(texts)}. Hatched: identified by no method."
 
 
 def _table(results: InversionResults, rows: list[ParameterRow]) -> Table:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import qmc
@@ -52,6 +53,14 @@ def campaign(design: Array) -> Dataset:
         smooth=np.ones(len(theta), dtype=bool),
         case_hash="stand-in",
     )
+
+
+def over_decades(dataset: Dataset) -> Dataset:
+    """The same runs, their first parameter sought over three decades in its logarithm."""
+    low, high = dataset.lows.copy(), dataset.highs.copy()
+    low[0], high[0] = 1e-5, 1e-2
+    wide = replace(dataset, lows=low, highs=high, scales=("logarithmic", *("linear",) * (len(NAMES) - 1)))
+    return replace(wide, parameters=wide.to_physical(dataset.to_unit(dataset.parameters)))
 
 
 def spread(runs: int = 40, seed: int = 0) -> Array:

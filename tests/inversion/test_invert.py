@@ -87,7 +87,7 @@ def test_network_interval_is_students_from_the_held_out_samples(dataset: Dataset
     outcome = invert(dataset, record(truth(0.5)), forward, options, emulator=emulator)
     assert outcome.network is not None
     for i, estimate in enumerate(outcome.inversion.methods["network"].parameters.values()):
-        error = np.sqrt(np.mean(outcome.network.errors[:, i] ** 2))
+        error = np.sqrt(np.mean(outcome.network.errors[:, i] ** 2)) * (HIGHS[i] - LOWS[i])
         assert estimate.interval_95 is not None
         assert "9 held-out samples" in estimate.reason
         told = max(estimate.value - 2.262 * error, LOWS[i]), min(estimate.value + 2.262 * error, HIGHS[i])

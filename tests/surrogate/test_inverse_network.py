@@ -10,8 +10,8 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.surrogate.files import load_network, save_network
 from birdstrike.surrogate.inverse_network import fit_network, sampled
-from birdstrike.surrogate.scaling import BoundedScaling
-from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, spread
+from birdstrike.surrogate.scaling import OutputScaling
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, over_decades, spread
 
 
 @pytest.mark.parametrize("trainer", ["lm", "adam"])
@@ -22,7 +22,8 @@ def test_learns_its_training_runs_and_is_validated_on_the_others(trainer: str) -
     assert (fit.held_out + 1).tolist() == [1, 5, 10, 15, 20, 25]
     assert fit.training.mse.min() < 5e-3 < fit.training.mse[0]
     predicted = fit.network.predict(sampled(dataset, {CHANNEL: TIMES}))
-    np.testing.assert_allclose(predicted[fit.held_out] - dataset.parameters[fit.held_out], fit.errors)
+    errors = (predicted[fit.held_out] - dataset.parameters[fit.held_out]) / (HIGHS - LOWS)
+    np.testing.assert_allclose(errors, fit.errors)
     train = np.setdiff1d(np.arange(25), fit.held_out)
     unit_error = (predicted - dataset.parameters)[train] / (HIGHS - LOWS)
     assert np.mean(unit_error**2) == pytest.approx(fit.training.mse.min(), rel=1e-9)
@@ -41,9 +42,24 @@ def test_bounded_outputs_learn_the_runs_and_never_leave_the_ranges() -> None:
 
 
 def test_a_bounded_output_s_scale_has_its_inverse() -> None:
-    scale, values = BoundedScaling(LOWS, HIGHS), LOWS + spread(20) * (HIGHS - LOWS)
-    np.testing.assert_allclose(scale.from_unit(scale.to_unit(values)), values)
-    np.testing.assert_allclose(scale.to_unit(np.stack([LOWS, HIGHS])), [[0.0] * 4, [1.0] * 4], atol=1e-12)
+    scale, unit = OutputScaling(LOWS, HIGHS), spread(20)
+    np.testing.assert_allclose(scale.fractions(scale.targets(LOWS + unit * (HIGHS - LOWS))), unit)
+    np.testing.assert_allclose(scale.targets(np.stack([LOWS, HIGHS])), [[0.0] * 4, [1.0] * 4], atol=1e-12)
+
+
+@pytest.mark.parametrize("outputs", ["bounded", "linear"])
+def test_a_logarithmic_range_is_learnt_in_its_logarithm(outputs: str, tmp_path) -> None:
+    """The network of the same runs over linear ranges, whose targets were a thousandth to 1 of three decades."""
+    runs = campaign(spread(15))
+    wide = over_decades(runs)
+    fits = [fit_network(one, {CHANNEL: TIMES}, outputs=outputs) for one in (runs, wide)]
+    values = sampled(wide, {CHANNEL: TIMES})
+    expected, found = (fit.network.fractions(values) for fit in fits)
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+    np.testing.assert_allclose(fits[1].errors, fits[0].errors, atol=1e-6)
+    save_network(tmp_path / "network.npz", fits[1].network)
+    again = load_network(tmp_path / "network.npz")
+    np.testing.assert_allclose(np.log10(again.predict(values)[:, 0]), -5.0 + 3.0 * found[:, 0])
 
 
 def test_held_out_runs_have_no_influence() -> None:

@@ -94,11 +94,8 @@ def _stated_prior(dataset: Dataset, coordinates: Coordinates, i: int) -> str:
     prior = coordinates.prior
     if not prior.stated[i]:
         return ""
-    (low, unit), (high, _) = (
-        dataset.shown(i, float(coordinates.unlimited(prior.place(np.full(len(prior.mean), side)))[i]))
-        for side in (-1.0, 1.0)
-    )
-    return f"; the case states {span(low, high, unit)} beforehand, one standard deviation to each side"
+    low, high = (float(coordinates.unlimited(prior.place(np.full(len(prior.mean), side)))[i]) for side in (-1.0, 1.0))
+    return f"; the case states {span(low, high, dataset.units[i])} beforehand, one standard deviation to each side"
 
 
 def _look_alike(calibrator: Calibrator, mode: Mode, i: int) -> str:

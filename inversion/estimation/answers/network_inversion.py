@@ -12,7 +12,6 @@ from scipy.stats import t as student
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.formatting import listing, many, plain, quantity
 from birdstrike.data.histories import Array
-from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.answers.estimates import OUTSIDE, reported
 from birdstrike.inversion.estimation.prior import NormalPrior, identified
 from birdstrike.inversion.misfit import rms
@@ -32,8 +31,9 @@ SATURATED = 0.02  # of a range: a bounded output nearer to an end has lost its s
 class NetworkAnswer:
     """What the network says of the measured values.
 
-    raw: (k,) SI as it says it, theta: (k,) inside the ranges; noise_error: (k,) SI standard deviation that `sources`
-    give to raw, the measurement's noise first; warnings: sentences for the user.
+    raw: (k,) SI as it says it, theta: (k,) inside the ranges; noise_error: (k,) standard deviation that `sources` give
+    to raw, the measurement's noise first, in fractions of the ranges, each in its scale; warnings: sentences for the
+    user.
     """
 
     raw: Array
@@ -70,7 +70,8 @@ def network_answer(
         + noise * correlated(rng.normal(size=(NOISE_DRAWS, len(values))), correlation)
         + rng.normal(size=(NOISE_DRAWS, moved.shape[1])) @ moved.T
     )
-    noise_error = np.sqrt(np.mean((fit.network.predict(draws) - raw) ** 2, axis=0))
+    moves = fit.network.fractions(draws) - fit.network.fractions(values[None])
+    noise_error = np.sqrt(np.mean(moves**2, axis=0))
     theta = np.clip(raw, dataset.lows, dataset.highs)
     warnings = [_clipped(dataset, i, float(raw[i])) for i in range(len(raw)) if theta[i] != raw[i]]
     scaled = fit.network.inputs.to_unit(values)
@@ -96,43 +97,56 @@ def _strange(outside: NDArray[np.bool_], read: Mapping[str, Array]) -> str:
 def network_estimates(dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, inside: bool) -> dict[str, Estimate]:
     """Values, with intervals from the errors on the held-out samples and the noise where there is ground for them.
 
-    A parameter that is not identified has its whole range: the network knows no prior that a case states. How narrow an
-    interval is counts in the scale of the range.
+    A parameter that is not identified has its whole range: the network knows no prior that a case states. Errors and
+    intervals are of the fraction of the range in its scale, so that of a logarithmic range they are factors.
     """
     limits = list(zip(dataset.lows.tolist(), dataset.highs.tolist(), strict=True))
-    found = [_interval(dataset, fit, answer, i) if inside else (None, OUTSIDE) for i in range(len(limits))]
-    ends = np.array([interval or whole for (interval, _), whole in zip(found, limits, strict=True)])
-    width = np.diff(ParameterSpace.of_dataset(dataset).to_unit(ends.T), axis=0)[0]
-    narrow = identified(width, NormalPrior.of_ranges(len(limits)).width())
+    places = dataset.to_unit(answer.raw)
+    found = [_interval(dataset, fit, answer, places, i) if inside else (None, OUTSIDE) for i in range(len(limits))]
+    ends = np.array([interval or (0.0, 1.0) for interval, _ in found]).T
+    narrow = identified(np.diff(ends, axis=0)[0], NormalPrior.of_ranges(len(limits)).width())
+    low, high = np.clip(dataset.to_physical(ends), dataset.lows, dataset.highs)
     estimates: dict[str, Estimate] = {}
     for i, (name, (interval, why)) in enumerate(zip(dataset.names, found, strict=True)):
         value, known = float(answer.theta[i]), bool(interval is not None and narrow[i])
-        given = reported(value, interval, limits[i], known) if interval is not None else None
+        given = reported(value, (float(low[i]), float(high[i])), limits[i], known) if interval is not None else None
         estimates[name] = Estimate(value, given, dataset.units[i], known, why)
     return estimates
 
 
 def _interval(
-    dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, i: int
+    dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, places: Array, i: int
 ) -> tuple[tuple[float, float] | None, str]:
-    """raw +- Student's t times held-out error and noise (root sum square), inside the range; and the reason."""
-    errors = fit.errors[:, i]
+    """Fraction of the range +- Student's t times held-out error and noise (root sum square), inside 0..1; and why.
+
+    places: (k,) fractions at which the network's raw answer stands.
+    """
+    errors, place = fit.errors[:, i], float(places[i])
     if len(errors) < FEWEST_HELD_OUT:
         return None, f"only {many(len(errors), 'held-out sample')}: too few for an interval"
-    low, high, unit = float(dataset.lows[i]), float(dataset.highs[i]), dataset.units[i]
-    error, noise, raw = rms(errors), float(answer.noise_error[i]), float(answer.raw[i])
+    error, noise = rms(errors), float(answer.noise_error[i])
     spread = float(student.ppf(0.975, len(errors)) * np.hypot(error, noise))
-    if not low <= raw <= high:
-        return None, f"the network's answer, {quantity(raw, unit)}, is outside the range: it never saw such a curve"
-    if fit.network.outputs.bounded and min(raw - low, high - raw) < SATURATED * (high - low):
-        end = "lower" if raw - low < high - raw else "upper"
+    if not 0.0 <= place <= 1.0:
+        raw = quantity(float(answer.raw[i]), dataset.units[i])
+        return None, f"the network's answer, {raw}, is outside the range: it never saw such a curve"
+    if fit.network.outputs.bounded and min(place, 1.0 - place) < SATURATED:
+        end = "lower" if place < 0.5 else "upper"
         return None, f"the network's bounded output stands at the {end} end of the range: it may mean any value beyond"
     moved = " and ".join(answer.sources) + (", which moves" if len(answer.sources) == 1 else ", which move")
     why = (
-        f"interval from the {len(errors)} held-out samples, on which the network errs by {quantity(error, unit)} "
-        f"({100 * error / (high - low):.0f} % of the range), and the {moved} it by {quantity(noise, unit)}"
+        f"interval from the {len(errors)} held-out samples, on which the network errs by {_size(dataset, i, error)} "
+        f"({100 * error:.0f} % of the range), and the {moved} it by {_size(dataset, i, noise)}"
     )
-    return (max(raw - spread, low), min(raw + spread, high)), why
+    return (max(place - spread, 0.0), min(place + spread, 1.0)), why
+
+
+def _size(dataset: Dataset, i: int, fraction: float) -> str:
+    """A change of parameter i by a fraction of its range: in its unit, or as the factor of a logarithmic range."""
+    low, high = float(dataset.lows[i]), float(dataset.highs[i])
+    if not dataset.logarithmic[i]:
+        return quantity(fraction * (high - low), dataset.units[i])
+    decades = abs(np.log10(high / low))
+    return f"a factor of {10.0 ** (fraction * decades):.3g}"
 
 
 def _clipped(dataset: Dataset, i: int, raw: float) -> str:

@@ -1,11 +1,7 @@
-"""A folder of calibrate-models: a view a bird model, best first, each with its emulator of all shots.
-
-A constant that was sought over decades moves as the fraction of its logarithmic range, as the emulator knows it.
-"""
+"""A folder of calibrate-models: a view a bird model, best first, each with its emulator of all shots."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,14 +10,14 @@ import numpy as np
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import plain, signed_ms, span
+from birdstrike.data.formatting import plain, signed_ms
 from birdstrike.data.histories import Array
-from birdstrike.data.storage.files import read_json
 from birdstrike.data.storage.out_folder import maker_of, model_of
-from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, read_comparison
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, emulator_notes, read_comparison
 from birdstrike.inversion.results.ingredients import SAME_INSTANT, MeasuredFigures
 from birdstrike.reports.explore.kinds.kind import Kind
-from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
+from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs
 from birdstrike.surrogate.files import load_emulator, read_runs
 from birdstrike.surrogate.weights import emulator_table
 
@@ -37,19 +33,29 @@ def read(folder: Path) -> tuple[View, ...]:
     folder, model = model_of(folder) or (folder, "")
     comparison = read_comparison(folder, model)
     names = [model] if model else comparison.ranking
-    missing = [name for name in names if "clocks" not in read_json(folder / name / "emulator.json")]
+    notes = {name: emulator_notes(folder / name) for name in names}
+    missing = [name for name, own in notes.items() if own is None]
     if missing:
         raise UserError(
             f"no emulator of {', '.join(missing)} in {folder}, or one of an earlier version; repeat "
             "calibrate-models with the same --out, whose simulations are stored"
         )
     records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in comparison.speeds}
-    return tuple(_view(folder / name, comparison, comparison.models[name], records) for name in names)
+    return tuple(
+        _view(folder / name, own, comparison, comparison.models[name], records)
+        for name, own in notes.items()
+        if own is not None
+    )
 
 
-def _view(folder: Path, comparison: ModelComparison, model: ModelAnswer, records: dict[str, Measured]) -> View:
-    own = read_json(folder / "emulator.json")
+def _view(
+    folder: Path, own: dict[str, Any], comparison: ModelComparison, model: ModelAnswer, records: dict[str, Measured]
+) -> View:
+    """Of one model; own: its emulator's notes."""
     emulator = load_emulator(folder / "emulator.npz")
+    lows, highs = np.array([own["ranges"][key] for key in emulator.names]).T
+    units = tuple(own["units"][key] for key in emulator.names)
+    space = ParameterSpace(emulator.names, units, lows, highs, emulator.scales)
     theta, curves = read_runs(folder / "emulator.npz")
     clock = next(iter(emulator.channels.values())).time
     presets = [preset("calibrated", own["calibrated"])]
@@ -61,7 +67,20 @@ def _view(folder: Path, comparison: ModelComparison, model: ModelAnswer, records
     return View(
         title=f"Bird model {model.name}",
         headline=f"{place}: held-out error {model.error[0]:.2f} times the noise. {combined}".strip(),
-        parameters=[_slider(key, own, estimates.get(key)) for key in emulator.names],
+        parameters=[
+            parameter(
+                key,
+                unit,
+                float(low),
+                float(high),
+                estimates.get(key),
+                logarithmic=bool(logarithmic),
+                among=emulator.names,
+            )
+            for key, unit, low, high, logarithmic in zip(
+                emulator.names, units, lows, highs, space.logarithmic, strict=True
+            )
+        ],
         systems=[emulator_table(emulator)],
         shots=[
             {
@@ -79,31 +98,6 @@ def _view(folder: Path, comparison: ModelComparison, model: ModelAnswer, records
         warnings=list(model.warnings),
         case=str(folder / next(iter(records)) / "case.toml"),
     )
-
-
-def _slider(key: str, own: dict[str, Any], estimate: dict[str, Any] | None) -> Table:
-    """Of a constant with what is known of it; one sought over decades says between which values its fraction runs.
-
-    decades: those values, SI, with their unit; without them what is copied from the page would be the fraction.
-    """
-    begin, end = own["ranges"][key]
-    if key not in own["logarithmic"]:
-        return parameter(key, own["units"][key], begin, end, estimate, among=own["units"])
-    low, high, unit = own["logarithmic"][key]
-
-    def share(value: float | None) -> float | None:
-        return None if value is None else math.log(value / low) / math.log(high / low)
-
-    if estimate is not None:
-        ends = estimate["interval_95"]
-        estimate = estimate | {
-            "value": share(estimate["value"]),
-            "interval_95": ends and [share(one) for one in ends],
-        }
-    table = parameter(key, own["units"][key], begin, end, estimate)
-    table["label"] = f"{plain(key, own['units'])}, share of the decades {span(low, high, unit)}"
-    table["decades"] = {"low": low, "high": high, **unit_of(unit)}
-    return table
 
 
 def _sensors(

@@ -23,9 +23,8 @@ const beside = (effect, x, declared) => Math.max(effect.name === "sensor_gain" ?
 // [section, key, value in TOML, note] of every parameter, and of those effects that are there.
 const keysOf = (view, point, effects = view.effects) => {
   const rows = view.parameters.map((axis, i) => {
-    const parts = axis.key.split(".").map(keyToml), key = parts.pop();
-    const [value, quantity] = meantBy(axis, point.theta[i]);
-    return [parts.join("."), key, quantity.unit ? quotedToml(written(value, quantity)) : String(Number(value.toPrecision(10))), ""];
+    const parts = axis.key.split(".").map(keyToml), key = parts.pop(), value = point.theta[i];
+    return [parts.join("."), key, axis.unit ? quotedToml(written(value, axis)) : String(Number(value.toPrecision(10))), ""];
   });
   effects.filter((effect) => point.effects[effect.label]).forEach((effect) => {
     const found = point.effects[effect.label], x = effect.declared ? beside(effect, found, effect.declared) : found, alone = effect.label.split("@")[1], note = alone ? `of shot ${alone} alone` : "";

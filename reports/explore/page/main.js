@@ -133,7 +133,7 @@ const start = () => {
     });
   };
   const sayBest = (found) => {
-    const values = state.view.parameters.map((axis, i) => `${axis.label} ${withUnit(...meantBy(axis, found.point.theta[i]), 3)}`).join(", ");
+    const values = state.view.parameters.map((axis, i) => `${axis.label} ${withUnit(found.point.theta[i], axis, 3)}`).join(", ");
     id("dropped").replaceChildren(element("b", {}, `${state.dropped}: best fit of the emulator ${values}`),
       `, misfit ${shownNumber(found.misfit, 3)} (1 = noise). Intervals, and whether the record identifies these values, are what birdstrike train-and-invert states.`);
   };

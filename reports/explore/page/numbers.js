@@ -53,6 +53,3 @@ const valueAt = (axis, share) => {
   if (share >= 1) return axis.high;
   return axis.log ? axis.low * (axis.high / axis.low) ** share : axis.low + share * (axis.high - axis.low);
 };
-
-// Of a parameter that moves as the fraction of its decades, the value that the case has, SI, and its unit.
-const meantBy = (axis, x) => (axis.decades ? [valueAt({ ...axis.decades, log: true }, x), axis.decades] : [x, axis]);

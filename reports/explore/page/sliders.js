@@ -56,11 +56,8 @@ const sliderFor = (axis, presets, changed) => {
     element("div", { className: "head" }, head, element("span", { className: "unit" }, number, ` ${axis.unit}`)),
     element("div", { className: "rail" }, trackOf(axis, presets), range),
     element("div", { className: "facts" }, axis.effect ? `${axis.meaning}; probability ${probabilityText(axis.probability)}` : factsOf(axis)));
-  const meant = element("div", { className: "facts" });
-  if (axis.decades) box.append(meant);
   const show = (point) => {
-    const value = axis.get(point), text = withUnit(...meantBy(axis, value));
-    if (axis.decades) meant.textContent = `now ${text}`;
+    const value = axis.get(point), text = withUnit(value, axis);
     range.value = shareOf(axis, value);
     range.setAttribute("aria-valuetext", text);
     if (document.activeElement !== number) number.value = plainNumber(value * axis.factor);

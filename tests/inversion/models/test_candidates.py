@@ -20,7 +20,6 @@ from birdstrike.inversion.models.candidates import (
     refuse_other_parameters,
     with_material,
 )
-from birdstrike.inversion.models.scaled import Scale
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.case import Case, case_from_table
 from tests.inversion.diagnosis.rig import tiny
@@ -114,15 +113,14 @@ def test_ranges_under_both_names_of_a_model_are_refused() -> None:
         calibrated_case(candidate("murnaghan"), tiny().overlaid({"inversion": {"models": both}}))
 
 
-def test_a_logarithmic_range_is_seen_as_its_logarithm() -> None:
-    scale = Scale(ParameterSpace.of_case(calibrated_case(candidate("hydrodynamic"), tiny())))
+def test_a_logarithmic_range_has_its_middle_in_its_logarithm() -> None:
+    space = ParameterSpace.of_case(calibrated_case(candidate("hydrodynamic"), tiny()))
     low, high = (
         np.array([v[i] for v in sought(calibrated_case(candidate("hydrodynamic"), tiny())).values()]) for i in (0, 1)
     )
-    for end in (low, high):
-        seen = np.where(scale.space.logarithmic, scale.space.to_unit(end[None])[0], end)
-        np.testing.assert_allclose(scale.physical(seen[None])[0], end)
-    assert scale.value("bird.material.pressure_cutoff", 0.5) == pytest.approx(-np.sqrt(5e6 * 1e4))
+    np.testing.assert_allclose(space.to_physical(space.to_unit(np.stack([low, high]))), [low, high])
+    cutoff = space.names.index("bird.material.pressure_cutoff")
+    assert space.middle[cutoff] == pytest.approx(-np.sqrt(5e6 * 1e4))
 
 
 @pytest.mark.parametrize(

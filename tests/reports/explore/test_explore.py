@@ -348,20 +348,6 @@ def test_residuals_have_a_scale_whatever_they_reach(browser: Browser, page: Path
     assert max(found) <= 5
 
 
-def test_a_share_of_decades_is_copied_as_the_value_that_it_means(browser: Browser, page: Path) -> None:
-    """A modulus of 1.6 MPa was copied as `young = 0.075`, the fraction of its decades."""
-    browser.open(page)
-    axis = {"key": "bird.material.young", "unit": "", "factor": 1, "low": 0, "high": 1}
-    axis["decades"] = {"low": 1e6, "high": 5e8, "si": "Pa", "unit": "MPa", "factor": 1e-6}
-    view = json.dumps({"parameters": [axis], "effects": [], "case": "case.toml"})
-    point = '{"theta": [0.5], "effects": {}}'
-    toml, command = browser.run(
-        f"(() => {{ {scripts()} return [tomlOf, commandOf].map((of) => of({view}, {point})); }})()"
-    )
-    assert toml == '[bird.material]\nyoung = "22.36067977 MPa"\n'
-    assert "--set 'bird.material.young=22.36067977 MPa'" in command
-
-
 def test_what_is_copied_says_of_which_shots_it_is(browser: Browser, page: Path) -> None:
     """The command for the first shot's case had the effect of another shot alone, and an instrument that is stated
     otherwise in another shot's case was not told."""

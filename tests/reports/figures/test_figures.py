@@ -25,7 +25,7 @@ from birdstrike.reports.figures.design import design_figure
 from birdstrike.reports.figures.diagnosis import residual_figure
 from birdstrike.reports.figures.models import ModelCurve, models_figure, running_mean
 from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
-from birdstrike.reports.figures.posterior import sobol_figure
+from birdstrike.reports.figures.posterior import corner_figure, sobol_figure
 from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
 from birdstrike.reports.figures.record import DrawnChannel, record_figure
 from birdstrike.reports.figures.setup import SetUp, bird_outline, setup_figure
@@ -388,6 +388,20 @@ def test_a_drawn_order_that_is_not_the_observed_one_is_told() -> None:
     assert capped.order > 3.0
     assert order_words(capped) == f", observed order {capped.order:.2f}; curve: order {capped.order_used:.3g}"
     assert order_words(grid_convergence([1.0, 2.0, 4.0], [1.0, 2.0, 1.0])) == ""
+
+
+def test_parameters_over_decades_stand_in_their_logarithm() -> None:
+    """An answer at 1 of 0.01 .. 100 stood at the lower end of its bar, and its draws in one bin."""
+    row = ParameterRow("MU", "Pa s", 0.01, 100.0, {"emulator": Mark(1.0, (0.1, 10.0))}, logarithmic=True)
+    (axes,) = parameters_figure([row]).axes
+    interval, value = (line.get_xdata() for line in axes.get_lines()[:2])
+    np.testing.assert_allclose(np.concatenate([interval, value]), [0.25, 0.75, 0.5])
+    draws = {"PC": -np.geomspace(1e3, 1e6, 900), "MU": np.linspace(1.0, 2.0, 900)}
+    figure = corner_figure(draws, {"PC": "Pa", "MU": ""}, {"PC": -3e4, "MU": 1.5}, ["PC"])
+    heights = [patch.get_height() for patch in figure.axes[0].patches]
+    assert max(heights) - min(heights) <= 1.0
+    shown = figure.axes[0].transScale.transform(np.array([[-1.0, 0], [-0.1, 0], [-0.01, 0], [-0.001, 0]]))[:, 0]
+    np.testing.assert_allclose(np.diff(shown), np.diff(shown)[0])
 
 
 def test_runs_over_decades_are_spread_over_the_picture_as_over_their_ranges() -> None:

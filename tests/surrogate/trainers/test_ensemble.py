@@ -12,7 +12,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.surrogate import hidden_size
 from birdstrike.surrogate.inverse_network import fit_network
 from birdstrike.surrogate.network import Shape, jacobian, nguyen_widrow
-from birdstrike.surrogate.scaling import BoundedScaling
+from birdstrike.surrogate.scaling import OutputScaling
 from birdstrike.surrogate.trainers import bayesian_regularisation, ensemble, levenberg_marquardt
 from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
 from birdstrike.surrogate.trainers.training import Samples
@@ -45,7 +45,7 @@ def test_mean_of_fifty_does_better_than_the_average_of_them() -> None:
     dataset = campaign(spread(25))
     fit = fit_network(dataset, {CHANNEL: TIMES}, "ensemble")
     assert fit.network.weights.shape == (50, 157)
-    mean = float(np.mean((fit.errors / (HIGHS - LOWS)) ** 2))
+    mean = float(np.mean(fit.errors**2))
     assert mean < fit.training.test_mse[-1]
     assert "of 50 networks reached the goal" in fit.training.status
 
@@ -106,7 +106,7 @@ def test_noisy_copies_make_the_network_deaf_to_noise() -> None:
 
     def moved(copies: int) -> float:
         fit = fit_network(dataset, {CHANNEL: TIMES}, "br", noise=noise, copies=copies)
-        values = fit.network.inputs.from_unit(np.full(12, 0.5))
+        values = fit.network.inputs.low + 0.5 * (fit.network.inputs.high - fit.network.inputs.low)
         draws = fit.network.predict(values + noise * rng.normal(size=(200, 12)))
         return float((draws.std(axis=0) / (HIGHS - LOWS)).mean())
 
@@ -126,11 +126,11 @@ def test_errors_of_sizes_are_shares_of_the_ranges_whatever_the_outputs_scale() -
     samples = smooth_surface(24)
     rules = Settings(goal=1e-5, epochs=60)
     plain = hidden_size.search(samples.x, samples.t, (3,), settings=rules)[0]
-    doubled = hidden_size.search(samples.x, samples.t, (3,), settings=rules, share=lambda unit: 2.0 * unit)[0]
+    doubled = hidden_size.search(samples.x, samples.t, (3,), settings=rules, fractions=lambda y: 2.0 * y)[0]
     assert doubled.mean == pytest.approx(2.0 * plain.mean)
-    bounded = BoundedScaling(np.zeros(1), np.full(1, 3.0))
+    bounded = OutputScaling(np.zeros(1), np.full(1, 3.0))
     values = np.linspace(0.0, 3.0, 7)[:, None]
-    np.testing.assert_allclose(bounded.share(bounded.to_unit(values)), values / 3.0, atol=1e-12)
+    np.testing.assert_allclose(bounded.fractions(bounded.targets(values)), values / 3.0, atol=1e-12)
 
 
 def test_a_search_of_three_runs_leaves_no_fold_empty_and_one_of_two_is_refused() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -12,14 +10,14 @@ from birdstrike.inversion.estimation.answers.network_inversion import NetworkAns
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.surrogate.inverse_network import fit_network
-from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIMES, record, truth
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIMES, over_decades, record, truth
 
 
 def peak_at(dataset: Dataset, outputs: str, share: float) -> Estimate:
     """Of the pulse's peak, where the network's output stands at a share of its range and noise moves it by 1 %."""
     fit = fit_network(dataset, {CHANNEL: TIMES}, outputs=outputs)
     raw = truth((share, 0.5, 0.5, 0.5))
-    answer = NetworkAnswer(raw, np.clip(raw, LOWS, HIGHS), 0.01 * (HIGHS - LOWS), ("noise",), ())
+    answer = NetworkAnswer(raw, np.clip(raw, LOWS, HIGHS), np.full(len(NAMES), 0.01), ("noise",), ())
     return network_estimates(dataset, fit, answer, True)[NAMES[0]]
 
 
@@ -38,21 +36,25 @@ def test_a_linear_output_outside_the_range_is_said_to_be_there(dataset: Dataset)
     assert "answer, 7.15 mm, is outside the range" in outside.reason
 
 
-@pytest.mark.parametrize(("scale", "known"), [("linear", True), ("logarithmic", False)])
-def test_how_narrow_an_interval_is_counts_in_the_scale_of_the_range(dataset: Dataset, scale: str, known: bool) -> None:
-    """An interval over two of three decades was told as identified, because it is a tenth of the range linearly."""
-    fit, k = fit_network(dataset, {CHANNEL: TIMES}, outputs="linear"), len(NAMES)
-    wide = replace(
-        dataset,
-        lows=np.append(1e-5, LOWS[1:]),
-        highs=np.append(1e-2, HIGHS[1:]),
-        scales=(scale, *("linear",) * (k - 1)),
+def test_an_interval_over_decades_is_a_factor_and_no_end_of_the_range(dataset: Dataset) -> None:
+    """Linearly 3e-5 of 1e-5 .. 1e-2 is 0.2 % of the range, at which a bounded output was said to stand at its end."""
+    wide = over_decades(dataset)
+    fit = fit_network(wide, {CHANNEL: TIMES})
+    middle = truth(0.5)
+    middle[0] = 3e-5
+    found = network_estimates(wide, fit, NetworkAnswer(middle, middle, np.full(4, 0.01), ("noise",), ()), True)
+    one = found[NAMES[0]]
+    assert one.identified
+    assert one.interval_95 is not None
+    spread = 2.262 * np.hypot(np.sqrt(np.mean(fit.errors[:, 0] ** 2)), 0.01)
+    np.testing.assert_allclose(one.interval_95, (3e-5 * 1e3**-spread, 3e-5 * 1e3**spread), rtol=1e-3)
+    assert "the noise, which moves it by a factor of 1.07" in one.reason
+    observations, read = observe(record(truth(0.5)), wide, {CHANNEL: 1e-5}), {CHANNEL: TIMES}
+    moved, same = (
+        network_answer(d, f, observations, read, np.zeros(len(TIMES))).noise_error
+        for d, f in ((wide, fit), (dataset, fit_network(dataset, read)))
     )
-    raw = np.append(3e-4, truth(0.5)[1:])
-    answer = NetworkAnswer(raw, raw, np.append(3e-4, np.zeros(k - 1)), ("noise",), ())
-    found = network_estimates(wide, fit, answer, True)[NAMES[0]]
-    assert found.identified is known
-    assert (found.interval_95 == (1e-5, 1e-2)) is not known
+    np.testing.assert_allclose(moved, same, rtol=1e-3)
 
 
 @pytest.mark.parametrize(
