@@ -21,7 +21,7 @@ from birdstrike.data.paths import resolve_measured
 from birdstrike.data.storage.files import file_digest, write_atomically
 from birdstrike.data.tables.csv_table import MOST_LINES, Column, CsvTable, first_of, read_table
 from birdstrike.data.tables.loose_table import import_line
-from birdstrike.data.units import ACCEPTED, DISPLAY, display, in_unit
+from birdstrike.data.units import ACCEPTED, DISPLAY, display, in_unit, of_reading
 
 REPEATS = 0.2  # share of rows with the time of the row above, beyond which the clock has too few digits
 CELL = "leave the cell empty"
@@ -99,11 +99,10 @@ class Measured:
         """What a channel that never changes reads, and what to do."""
         if not values.any():
             return "is zero everywhere: a dead sensor? leave its column out, or the channel: --channels"
-        reads, unit = display(float(values[0]), self.units[name])
+        reads, unit = display(float(values[0]), of_reading(self.units[name]))
         return (
-            f"reads {reads:.4g} {unit}".rstrip()
-            + " everywhere: a dead or saturated sensor, or another column? leave its "
-            "column out, or the channel: --channels"
+            f"reads {reads:.4g} {unit} everywhere: a dead or saturated sensor, or another column? leave its column "
+            "out, or the channel: --channels"
         )
 
     def same_points(self, other: Measured) -> bool:
@@ -199,7 +198,12 @@ def shot_names(records: Sequence[Measured]) -> list[str]:
 
     Without the signs that part effect, shot and pair in an answer, and names in an option: they become "_".
     """
-    plain = [re.sub("[@+,]", "_", Path(one.path).stem)[:LONGEST] or f"shot{i + 1}" for i, one in enumerate(records)]
+    return file_names([one.path for one in records])
+
+
+def file_names(paths: Sequence[str]) -> list[str]:
+    """The same of the records' paths."""
+    plain = [re.sub("[@+,]", "_", Path(one).stem)[:LONGEST] or f"shot{i + 1}" for i, one in enumerate(paths)]
     found: list[str] = []
     for i, name in enumerate(plain):
         own = name if plain.count(name) == 1 else f"{name}_{i + 1}"

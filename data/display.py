@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.units import DISPLAY, to_display
+from birdstrike.data.units import display, of_reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -89,9 +89,9 @@ def shown_channel(channel: str | None, there: Collection[str]) -> str:
 
 
 def draw_curves(axes: Axes, time: Array, curves: Array, channel: str, si: str, **look: Any) -> Axes:
-    """Curves (m,) or (n, m) SI over time [s], in the units in which engineers read them."""
-    factor = to_display(1.0, si)
+    """Readings (m,) or (n, m) SI over time [s], in the units in which engineers read them."""
+    factor, unit = display(1.0, of_reading(si))
     axes.plot(1e3 * time, factor * np.atleast_2d(curves).T, **look)
     axes.set_xlabel("time [ms]")
-    axes.set_ylabel(f"{channel.replace('_', ' ')} [{DISPLAY.get(si, si) or '–'}]")
+    axes.set_ylabel(f"{channel.replace('_', ' ')} [{unit}]")
     return axes

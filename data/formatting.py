@@ -8,13 +8,18 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
 
-from birdstrike.data.units import display, rounded
+from birdstrike.data.units import display, of_reading, rounded
 
 
 def quantity(value: float, si_unit: str, digits: int = 3) -> str:
     """An SI value in the engineers' unit: quantity(5e-5, "m") is "0.05 mm"."""
     number, unit = display(value, si_unit)
     return f"{rounded(number, digits)} {unit}".rstrip()
+
+
+def reading(value: float, si_unit: str, digits: int = 3) -> str:
+    """A sensor's reading, SI, in the engineers' unit: reading(0.00501, "") is "5010 µm/m", a strain."""
+    return quantity(value, of_reading(si_unit), digits)
 
 
 _SHOT = re.compile(r"@(\d+)$")

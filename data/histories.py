@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes, shown_channel
 from birdstrike.data.formatting import many
-from birdstrike.data.units import display
+from birdstrike.data.units import display, of_reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -88,9 +88,9 @@ class Histories(Displayed):
         first = next(iter(self.channels), None)
         if first is None:
             return f"Histories: no channel, {len(self.time)} instants to {end[0]:.3g} {end[1]}"
-        peak, unit = display(self.peak(first)[1], self.units[first])
+        peak, unit = display(self.peak(first)[1], of_reading(self.units[first]))
         size = f"{many(count, 'channel')}, {len(self.time)} instants to {end[0]:.3g} {end[1]}"
-        return f"Histories: {size}, peak of {first} {peak:.3g} {unit}".rstrip()
+        return f"Histories: {size}, peak of {first} {peak:.3g} {unit}"
 
     def peak(self, channel: str) -> tuple[float, float]:
         """Time [s] and value, SI, of a channel's largest reading: the one farthest from 0, with its sign."""
@@ -111,8 +111,8 @@ class Histories(Displayed):
 
         rows = []
         for name, unit in self.units.items():
-            (at, value), (_, shown) = self.peak(name), display(1.0, unit)
-            rows.append({"channel": name, "peak": display(value, unit)[0], "unit": shown, "at [ms]": 1e3 * at})
+            (at, value), (factor, shown) = self.peak(name), display(1.0, of_reading(unit))
+            rows.append({"channel": name, "peak": factor * value, "unit": shown, "at [ms]": 1e3 * at})
         return pd.DataFrame(rows)
 
     def plot(self, channel: str | None = None, axes: Axes | None = None, **look: Any) -> Axes:

@@ -62,7 +62,11 @@ ACCEPTED = {si: ", ".join(sizes) for si, sizes in SIZES.items() if si} | {
 }
 """SI units the project uses -> what a user may write instead, for messages."""
 
+STRAIN = "m/m"
+"""Dimension under which a strain is shown, apart from pure numbers; everywhere else both are ""."""
+
 DISPLAY = {"m": "mm", "s": "ms", "Pa": "MPa", "N": "kN", "Pa s": "Pa s", "kg": "kg", "m/s": "m/s", "rad": "deg", "": ""}
+DISPLAY |= {STRAIN: "µm/m", "kg/m^3": "kg/m³"}
 """SI unit -> the unit in which engineers read it."""
 
 PLURALS = {
@@ -136,10 +140,10 @@ def _plain_strain(unit: str) -> str:
 def _base(unit: str) -> tuple[Decimal, str]:
     """Factor to SI and the dimension of a unit's text: the SI name in `SIZES`, else what pint calls its base units.
 
-    "kg/m3" and "N.ms/mm2" are read as engineers mean them.
+    "kg/m3", "kg/m³" and "N.ms/mm2" are read as engineers mean them.
     """
     text = _STRAIN.get(_plain_strain(unit), _WORDS.get(unit.strip(), unit))
-    text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", _MILS.sub("thou", text))
+    text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", _MILS.sub("thou", text)).replace("²", "^2").replace("³", "^3")
     text = re.sub(r"(?<=[A-Za-z0-9)])[.·](?=[A-Za-z(])", "*", text).replace("µ", "u").replace("\u03bc", "u")
     if found := _KNOWN.get(text):
         return found
@@ -301,9 +305,17 @@ def display(value: float, si: str) -> tuple[float, str]:
     return to_display(value, si), DISPLAY.get(si, si)
 
 
+def of_reading(si: str) -> str:
+    """Dimension under which a sensor's readings are shown: without a unit they are strains, which gauges alone give.
+
+    A case's own pure numbers, such as a failure strain or a gain, are shown as they are written.
+    """
+    return si or STRAIN
+
+
 def rounded(number: float, digits: int) -> str:
     """A number to so many digits, without an exponent where a reader can do without one: "1230", not "1.23e+03"."""
-    text = f"{number:.{digits}g}"
+    text = f"{number + 0.0:.{digits}g}"  # + 0.0: of -0.0 no sign
     if "e" not in text or not 1e-6 <= abs(number) < 1e7:
         return text
     return f"{Decimal(text):f}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from birdstrike.data.formatting import quantity
+from birdstrike.data.formatting import quantity, reading
 
 if TYPE_CHECKING:
     from birdstrike.solver.case.sections import Impact
@@ -44,15 +44,20 @@ def label_parts(label: str) -> tuple[str, str, str]:
 def in_words(model: str) -> str:
     """A model's name as words: "sensor_gain.displacement_centre" is "sensor gain, displacement centre"."""
     members = [label_parts(label) for label in model.split("+")]
-    words = [", ".join(filter(None, (effect, place, shot and f"shot {shot}"))) for effect, place, shot in members]
+    words = [", ".join(filter(None, (effect, place, _shot(shot)))) for effect, place, shot in members]
     return " + ".join(words).replace("_", " ")
+
+
+def _shot(name: str) -> str:
+    """ "shot speed_91"; a shot that is called "shot7" is that already."""
+    return name if not name or name.lower().startswith("shot") else f"shot {name}"
 
 
 def changes(before: Mapping[str, float], after: Mapping[str, float] | None, units: Mapping[str, str]) -> str:
     """SI values by sensor before and, if any, after: "displacement centre 0.4 mm -> 0.16 mm; ..."."""
     return "; ".join(
-        f"{name.replace('_', ' ')} {quantity(old, units[name])}"
-        + (f" -> {quantity(after[name], units[name])}" if after else "")
+        f"{name.replace('_', ' ')} {reading(old, units[name])}"
+        + (f" -> {reading(after[name], units[name])}" if after else "")
         for name, old in before.items()
         if name in units
     )

@@ -25,7 +25,7 @@ _SIGN = re.compile(r"(--[\w-]+ -(?=\d))|(?<![^\s(\[])-(?=\d)")
 
 
 def typographic(text: str) -> str:
-    """Numbers of a sentence or cell with one minus sign, as in the figures, and a space before per cent.
+    """Numbers of a sentence or cell with one minus sign, as in the figures, ± for +-, and a space before per cent.
 
     What is to be typed keeps its hyphens.
 
@@ -33,4 +33,5 @@ def typographic(text: str) -> str:
     """
     if text == "-":
         return "–"
+    text = text.replace("+-", "±")
     return _PERCENT.sub(" %", _SIGN.sub(lambda found: found[0] if found[1] else "−", text))

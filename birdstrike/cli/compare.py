@@ -186,7 +186,8 @@ def command(
 
     Curves in CSV: birdstrike compare reference_strike --histories theirs.csv --out compare
     """
-    from birdstrike.data.formatting import quantity
+    from birdstrike.data.formatting import reading
+    from birdstrike.data.units import rounded
 
     with progress_bar("simulation") as progress:
         answer = compare(
@@ -194,9 +195,10 @@ def command(
         )
     for name, one in answer["sensors"].items():
         rating = "" if one["iso18571"] is None else f", ISO/TS 18571 {one['iso18571']:.2f} ({one['iso18571_grade']})"
-        share = "" if one["rms_of_peak"] is None else f"; RMS {100.0 * one['rms_of_peak']:.2g} % of the peak{rating}"
-        peaks = " and ".join(quantity(one[key], one["unit"], 4) for key in ("peak_ours", "peak_theirs"))
-        say(f"{name}: peaks {peaks} (ours, theirs){share}")
+        share = one["rms_of_peak"]
+        error = "" if share is None else f"; RMS {rounded(100.0 * share, 2)} % of the peak{rating}"
+        peaks = " and ".join(reading(one[key], one["unit"], 4) for key in ("peak_ours", "peak_theirs"))
+        say(f"{name}: peaks {peaks} (ours, theirs){error}")
     for line in answer["missing"]:
         say(f"not compared: {line}")
     warn(answer["warnings"], str(out / ANSWER))

@@ -155,7 +155,7 @@ def _announce(meshes: list[Mesh], workers: int) -> None:
 
 
 def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
-    from birdstrike.data.formatting import quantity
+    from birdstrike.data.formatting import reading
     from birdstrike.inversion.mesh_convergence.files import as_json, warnings_of
 
     console.print(_table(name, found))
@@ -165,7 +165,7 @@ def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
     warn(warnings_of(found), f"{out / 'convergence.json'}")
     for channel, curve in found.curves.items():
         band = curve.bands[found.own]
-        largest = quantity(float(band.max()), found.histories[found.user].units[channel])
+        largest = reading(float(band.max()), found.histories[found.user].units[channel])
         peak = float(abs(found.histories[found.user].channels[channel]).max())
         share = f", {float(band.max()) / peak:.1%} of its largest value" if peak else ""
         say(f"{channel}: over the whole curve within {largest}{share}")
@@ -175,7 +175,7 @@ def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
 
 def _table(name: str, found: MeshConvergence) -> Table:
     """Scalar by scalar: on each mesh, order, extrapolated value, uncertainty of the user's mesh."""
-    from birdstrike.data.units import display
+    from birdstrike.data.units import display, of_reading
 
     table = Table(
         title=f"{name}: mesh convergence, finest mesh first",
@@ -190,10 +190,10 @@ def _table(name: str, found: MeshConvergence) -> Table:
     for heading in ("order", "to h = 0", "GCI", "GCI†"):
         table.add_column(heading, justify="right", no_wrap=True)
     for scalar, entry, values in found.scalars.values():
-        unit = display(1.0, scalar.unit)[1]
-        label = f"{scalar.name.replace('_', ' ')}{f' [{unit}]' if unit else ''}"
-        numbers = [f"{display(value, scalar.unit)[0]:.4g}" for value in values]
-        exact = "-" if entry.extrapolated is None else f"{display(entry.extrapolated, scalar.unit)[0]:.4g}"
+        factor, unit = display(1.0, of_reading(scalar.unit))
+        label = f"{scalar.name.replace('_', ' ')} [{unit}]"
+        numbers = [f"{factor * value:.4g}" for value in values]
+        exact = "-" if entry.extrapolated is None else f"{factor * entry.extrapolated:.4g}"
         order = "none" if entry.order is None else f"{entry.order:.2f}"
         indices = [_percent(entry.index(mesh), entry.order is None) for mesh in (0, found.own)]
         table.add_row(escape(label), *numbers, order, exact, *indices)

@@ -206,7 +206,7 @@ def command(
 
 def _remarks(record: Measured) -> Iterator[str]:
     """What was read in a way of its own, and what is odd in the record, before any simulation is paid for."""
-    from birdstrike.data.formatting import quantity
+    from birdstrike.data.formatting import reading
     from birdstrike.inversion.observations.raw import read_raw
 
     yield from (line for line in record.provenance if any(sign in line for sign in READ_SO))
@@ -220,7 +220,7 @@ def _remarks(record: Measured) -> Iterator[str]:
         return
     for channel in channels:
         if channel.noise.known:
-            yield f"{channel.name}: noise {quantity(channel.noise.level, channel.unit, 2)} ({channel.noise.source})"
+            yield f"{channel.name}: noise {reading(channel.noise.level, channel.unit, 2)} ({channel.noise.source})"
         yield from (f"look at {text}" for text in channel.warnings)
 
 
@@ -314,11 +314,11 @@ def _seen(record: Measured, name: str) -> str:
     """A curve in one line, so that a wrong unit or sign is seen at once."""
     from birdstrike.data.formatting import instant, span
     from birdstrike.data.histories import farthest
-    from birdstrike.data.units import display
+    from birdstrike.data.units import display, of_reading
 
     time, values = record.points(name)
     i = int(farthest(values))
-    peak, unit = display(float(values[i]), record.units[name])
+    peak, unit = display(float(values[i]), of_reading(record.units[name]))
     shown = span(float(time[0]), float(time[-1]), "s", 4)
     when = instant(float(time[i]), float(time[-1] - time[0]))
-    return f"{name}: {len(time)} points, {shown}, largest {f'{peak:.4g} {unit}'.rstrip()} at {when}"
+    return f"{name}: {len(time)} points, {shown}, largest {peak:.4g} {unit} at {when}"

@@ -123,29 +123,33 @@ def reach(found: Prediction) -> Iterator[str]:
 
 def rests_on(found: Prediction) -> Iterator[str]:
     """What was used of the folder, and the explanations."""
+    from birdstrike.inversion.labels import in_words
+
     for text in found.posterior:
         yield f"used: {text}"
     for one in found.explanations:
-        acts = "; ".join(f"{label} {how}" for label, how in one.effects.items())
-        yield f"explanation: {one.name}, probability {one.probability:.2f}{f' ({acts})' if acts else ''}"
+        acts = "; ".join(f"{in_words(label)} {how}" for label, how in one.effects.items())
+        yield f"explanation: {in_words(one.name)}, probability {one.probability:.2f}{f' ({acts})' if acts else ''}"
 
 
 def table(found: Prediction) -> Table:
     """Largest reading of every sensor."""
-    from birdstrike.data.formatting import plain, quantity, span
+    from birdstrike.data.formatting import plain, reading, span
+    from birdstrike.data.units import of_reading
 
     shown = Table(title="largest reading", title_justify="left")
     for head in ("sensor", "median", "50 %", "95 %"):
         shown.add_column(head, overflow="fold", justify="left" if head == "sensor" else "right")
     for name, one in found.peaks.items():
-        ends = (span(one[low], one[high], one["unit"]) for low, high in (("q25", "q75"), ("q025", "q975")))
-        shown.add_row(plain(name), quantity(one["q50"], one["unit"]), *ends)
+        ends = (span(one[low], one[high], of_reading(one["unit"])) for low, high in (("q25", "q75"), ("q025", "q975")))
+        shown.add_row(plain(name), reading(one["q50"], one["unit"]), *ends)
     return shown
 
 
 def closing(found: Prediction, out: Path, page: Path) -> Iterator[str]:
     """Where the width comes from, limits, residual deflection, tearing, what to measure, files."""
-    from birdstrike.data.formatting import plain, quantity, span
+    from birdstrike.data.formatting import plain, reading, span
+    from birdstrike.data.units import of_reading
     from birdstrike.inversion.prediction.answer import limit_words, tearing_words
 
     for name, shares in found.sources.items():
@@ -156,8 +160,8 @@ def closing(found: Prediction, out: Path, page: Path) -> Iterator[str]:
     for name, one in found.limits.items():
         yield limit_words(name, one)
     for name, own in found.residual.items():
-        interval = span(own["q025"], own["q975"], own["unit"])
-        yield f"{plain(name)} at the end of the simulation: {quantity(own['q50'], own['unit'])} (95 %: {interval})"
+        interval = span(own["q025"], own["q975"], of_reading(own["unit"]))
+        yield f"{plain(name)} at the end of the simulation: {reading(own['q50'], own['unit'])} (95 %: {interval})"
     yield tearing_words(found.perforation)
     for one in found.narrowing[:1]:
         yield f"what would narrow it most: {one['sentence']}"

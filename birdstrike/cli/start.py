@@ -231,7 +231,9 @@ def _cut(begun: Begun) -> None:
         return
     channels = {name: values[used] for name, values in record.channels.items()}
     sigma = {name: values[used] for name, values in record.sigma.items()}
-    note = f"The {int((~used).sum())} points later than {begun.shot.until} after first contact were left out."
+    late = int((~used).sum())
+    points = "The point" if late == 1 else f"The {late} points"
+    note = f"{points} later than {begun.shot.until} after first contact {'was' if late == 1 else 'were'} left out."
     kept = replace(record, time=record.time[used], channels=channels, sigma=sigma)
     write_measured(begun.record, replace(kept, provenance=(*record.provenance, note)))
 
@@ -279,7 +281,7 @@ def _simulated(begun: Begun, say: Callable[[str], None]) -> Histories:
 
 def last_screen(closed: Mapping[str, Any], loop: Path) -> Iterator[str]:
     """What was found, in words of one screen."""
-    from birdstrike.data.formatting import many, quantity, span
+    from birdstrike.data.formatting import many, quantity, reading, span
     from birdstrike.inversion.results.inversion import Inversion
     from birdstrike.reports.figures.quantities import parameter_label
 
@@ -297,7 +299,7 @@ def last_screen(closed: Mapping[str, Any], loop: Path) -> Iterator[str]:
             yield f"  {label}: not identified; any value in {span(*inversion.ranges[name], one.unit)} may be the bird's"
     for channel, score in answer.channels.items():
         if score.verified_rmse is not None and score.verified_relative is not None:
-            size = quantity(score.verified_rmse, score.unit, 2)
+            size = reading(score.verified_rmse, score.unit, 2)
             share = f"{100 * score.verified_relative:.1f} % of the peak"
             sensor = channel.replace("_", " ")
             yield f"  The simulation at these values differs from the record's {sensor} by {size} RMS, {share}."

@@ -256,16 +256,16 @@ def _errors(answer: Answer) -> str:
 
 def _error(channel: str, score: ChannelScore) -> str:
     """One channel's verified error, and what it is without the time origin."""
-    from birdstrike.data.formatting import quantity
+    from birdstrike.data.formatting import reading
 
     if score.verified_rmse is None or score.verified_relative is None:
         return f"{channel} not verified"
-    text = f"{channel} verified at {quantity(score.verified_rmse, score.unit)} RMS"
+    text = f"{channel} verified at {reading(score.verified_rmse, score.unit)} RMS"
     unshifted = score.verified_rmse_at_zero_offset
     share = f"{100 * score.verified_relative:.1f} % of the peak"
     if unshifted is None or unshifted == score.verified_rmse:
         return f"{text}, {share}"
-    return f"{text}, {share} ({quantity(unshifted, score.unit)} at zero offset)"
+    return f"{text}, {share} ({reading(unshifted, score.unit)} at zero offset)"
 
 
 def closing(inversion: Inversion, doe: Path, out: Path) -> str:

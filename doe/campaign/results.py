@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from birdstrike.data.curves import split_unit
 from birdstrike.data.dataset import SMOOTH_LOSS, Dataset
 from birdstrike.data.errors import RunFailed, UserError
-from birdstrike.data.formatting import quantity
+from birdstrike.data.formatting import reading
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.run_warnings import merged
 from birdstrike.data.storage.files import file_digest, whole_file, write_json
@@ -109,7 +109,7 @@ def other_scale(dataset: Dataset) -> dict[int, str]:
         for number, peak in zip(dataset.runs, peaks, strict=True):
             if peak > 0.0 and middle > 0.0 and not 1.0 / OTHER_SCALE < peak / middle < OTHER_SCALE:
                 found[int(number)] = (
-                    f"its largest {name} is {quantity(peak, unit)}, the median run's {quantity(middle, unit)}"
+                    f"its largest {name} is {reading(peak, unit)}, the median run's {reading(middle, unit)}"
                 )
     return found
 

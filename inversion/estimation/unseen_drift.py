@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.stats import chi2
 
-from birdstrike.data.formatting import plain, quantity
+from birdstrike.data.formatting import plain, reading
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.observations.autocorrelation import neighbour_correlation, uncorrelated
@@ -94,9 +94,9 @@ def _estimates(calibrator: Calibrator, mode: Mode, columns: Array) -> Array:
 def _sentence(channel: Channel, drift: Array) -> str:
     """What was found of a channel, what it means and what to do; drift: (n,) SI, a straight line."""
     begin, rate = float(drift[0]), float((drift[-1] - drift[0]) / np.ptp(channel.times))
-    found = f"about {quantity(1e-3 * rate, channel.unit, 2)}/ms"
+    found = f"about {reading(1e-3 * rate, channel.unit, 2)}/ms"
     if channel.record is not None and abs(begin) > channel.record.noise.level:
-        found += f" from {quantity(begin, channel.unit, 2)} at its start"
+        found += f" from {reading(begin, channel.unit, 2)} at its start"
     return (
         f"{plain(channel.name)}: the residual is not noise unless the sensor drifts: {found} accounts for it and is "
         "carried by the fit; too few readings before contact, or none, show whether the sensor does, or whether the "

@@ -11,9 +11,10 @@ import pandas as pd
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import RunFailed
-from birdstrike.data.formatting import quantity
+from birdstrike.data.formatting import reading
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.storage.files import write_atomically
+from birdstrike.data.units import rounded
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.misfit import finite, relative, rms, rmse, whitened
 from birdstrike.inversion.observations.observations import Observations
@@ -39,10 +40,10 @@ def error_words(answer: Answer) -> str:
         return f"its run failed: {answer.failure}"
     share = 100 * answer.verified_relative
     if len(answer.channels) > 1:
-        misfit = "" if answer.verified_misfit is None else f", {answer.verified_misfit:.2g} over noise"
+        misfit = "" if answer.verified_misfit is None else f", {rounded(answer.verified_misfit, 2)} over noise"
         return f"{share:.1f} % RMS of the {len(answer.channels)} channels' peaks{misfit}"
     first = next(iter(answer.channels.values()))
-    return f"{quantity(answer.verified_rmse, first.unit)} RMS, {share:.1f} % of the peak"
+    return f"{reading(answer.verified_rmse, first.unit)} RMS, {share:.1f} % of the peak"
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from birdstrike.data.errors import CaseError, RunFailed, UserError, refuse_not_w
 from birdstrike.data.formatting import listing
 from birdstrike.data.storage.files import json_values
 from birdstrike.data.storage.out_folder import fills_out
+from birdstrike.data.units import rounded
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.designs.registry import refuse_seed
 from birdstrike.doe.designs.uniform import LARGEST
@@ -333,13 +334,13 @@ def _missed(found: Ranked) -> tuple[str, ...]:
     if not found.ranking or not misses(interval := found.answers[found.ranking[0]].expected_95):
         return ()
     first = found.answers[found.ranking[0]]
-    low, high = interval or (0.0, 0.0)
+    error, low, high = (rounded(one, 3) for one in (first.expected or 0.0, *(interval or (0.0, 0.0))))
     return (
-        f"even the best model ({first.name}) leaves {first.expected:.3g} times the noise in what it was not calibrated "
-        f"to (95 %: {low:.3g} .. {high:.3g}; the true model leaves 1, and 1.4 where the simulation errs by as much as "
-        "the record): the ranking says which has the least error, not which is right, and the constants compensate for "
-        "what is wrong; look for what else differs (birdstrike diagnose), use a finer mesh and more particles, and "
-        "check the stated noise",
+        f"even the best model ({first.name}) leaves {error} times the noise in what it was not calibrated to (95 %: "
+        f"{low} .. {high}; the true model leaves 1, and 1.4 where the simulation errs by as much as the record): the "
+        "ranking says which has the least error, not which is right, and the constants compensate for what is wrong; "
+        "look for what else differs (birdstrike diagnose), use a finer mesh and more particles, and check the stated "
+        "noise",
     )
 
 
@@ -363,14 +364,14 @@ def _verdict(
     first, missed = ranking[0], misses(first_95)
     even = "; even the best is off by more than noise and a numerical error as large account for" if missed else ""
     if len(ranking) == 1:
-        found = f"{first} alone was ranked (held-out error {errors[first]:.3g} times the noise); name others: --models"
-        return found + even
+        error = f"held-out error {rounded(errors[first], 3)} times the noise"
+        return f"{first} alone was ranked ({error}); name others: --models{even}"
     if tied:
-        shown = ", ".join(f"{name} ({errors[name]:.3g})" for name in tied)
+        shown = ", ".join(f"{name} ({rounded(errors[name], 3)})" for name in tied)
         return f"{shown} share the first place: the records cannot tell them apart (held-out error over noise){even}"
-    after = f"next {ranking[1]} ({errors[ranking[1]]:.3g})"
+    after = f"next {ranking[1]} ({rounded(errors[ranking[1]], 3)})"
     best = "has the least error" if missed else "predicts best"
-    return f"{first} {best} (held-out error {errors[first]:.3g} times the noise); {after}{even}"
+    return f"{first} {best} (held-out error {rounded(errors[first], 3)} times the noise); {after}{even}"
 
 
 def _part_of(report: Report, name: str, model: int, models: int, shots: int) -> Report:

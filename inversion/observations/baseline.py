@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import f as f_distribution
 from scipy.stats import t as student
 
-from birdstrike.data.formatting import plain, quantity
+from birdstrike.data.formatting import plain, reading
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.autocorrelation import Autocorrelation, counting_points, density_freedom
 from birdstrike.surrogate.gaussian_process import NORMAL_95
@@ -94,8 +94,8 @@ class Baseline:
     def sentence(self, name: str, unit: str) -> str:
         """What the sensor reads at rest, what is made of it, and what to do."""
         low, high = self.interval(self.middle)
-        interval = f"{quantity(low, unit, 4)} .. {quantity(high, unit, 4)}"
-        reads = f"{quantity((low + high) / 2.0, unit)} (95 %: {interval})"
+        interval = f"{reading(low, unit, 4)} .. {reading(high, unit, 4)}"
+        reads = f"{reading((low + high) / 2.0, unit)} (95 %: {interval})"
         kind = "" if self.kind == SHIFTED else f" and has a {self.kind.removeprefix('offset and ')}"
         remedy = "" if kind or self.drift_kept else "; birdstrike import --zero takes it out of the record"
         remedy += "; its drift is kept, as a diagnosis looks for drifts" if self.drift_kept else ""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
-from birdstrike.data.formatting import plain, quantity
+from birdstrike.data.formatting import plain, reading
 from birdstrike.data.histories import Array
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.observations.before_contact import BeforeContact
@@ -166,8 +166,8 @@ def with_digitiser(name: str, unit: str, noise: Noise, times: Array, values: Arr
     dwell = float(np.ptp(times)) / max(int(np.count_nonzero(np.diff(values))), 1)
     correlation = dwell / 3.0 if dwell > 2.0 * float(np.median(np.diff(times))) else 0.0
     text = (
-        f"{plain(name)}: the readings are multiples of {quantity(rounding * ROUNDED, unit, 2)}, whose rounding "
-        f"({quantity(rounding, unit, 2)}) is more than the noise ({quantity(noise.level, unit, 2)}, {noise.source}) "
+        f"{plain(name)}: the readings are multiples of {reading(rounding * ROUNDED, unit, 2)}, whose rounding "
+        f"({reading(rounding, unit, 2)}) is more than the noise ({reading(noise.level, unit, 2)}, {noise.source}) "
         "and is taken for it; give the sensor a smaller range, or export more digits"
     )
     sigma = np.hypot(noise.sigma, rounding)
@@ -206,12 +206,12 @@ def _contradicted(noise: Noise, own: Noise, before: BeforeContact, stated: State
 
 def _overruled(name: str, unit: str, stated: float, noise: Noise, own: Noise, before: BeforeContact) -> str:
     """That the record contradicts the stated noise."""
-    level = quantity(own.level, unit, 2)
+    level = reading(own.level, unit, 2)
     found = f"is less than the scatter of neighbouring points ({level})"
     if own.source == BEFORE:
         found = f"is not that of the record before contact ({level} over {len(before.times)} points)"
     return (
-        f"{plain(name)}: the noise stated ({quantity(stated, unit, 2)}, {noise.source}) {found}, which is used "
+        f"{plain(name)}: the noise stated ({reading(stated, unit, 2)}, {noise.source}) {found}, which is used "
         f"instead; correct what is stated (sensors.{name.partition('@')[0]}.noise of its case, or birdstrike import "
         "--sigma)"
     )
@@ -219,9 +219,9 @@ def _overruled(name: str, unit: str, stated: float, noise: Noise, own: Noise, be
 
 def _kept(name: str, unit: str, stated: float, noise: Noise, before: BeforeContact) -> str:
     """That the record is quieter than is stated, and that this stands."""
-    found = f"{quantity(before.level or 0.0, unit, 2)} over {len(before.times)} points"
+    found = f"{reading(before.level or 0.0, unit, 2)} over {len(before.times)} points"
     return (
-        f"{plain(name)}: the noise stated ({quantity(stated, unit, 2)}, {noise.source}) is more than that of the "
+        f"{plain(name)}: the noise stated ({reading(stated, unit, 2)}, {noise.source}) is more than that of the "
         f"record before contact ({found}) and is kept: the intervals are wider than the record alone would make them; "
         "leave the noise out of the case to use the record's"
     )

@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.formatting import plain, quantity
+from birdstrike.data.formatting import many, plain, reading
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.autocorrelation import density_freedom, hidden_tau, neighbour_correlation
 from birdstrike.inversion.observations.expected import Expected
@@ -179,11 +179,11 @@ def _warnings(channel: ChannelRecord, expected: Expected) -> list[str]:
     if expected.spared:
         span += f" (less its last {expected.spared * 1e3:g} ms, which an early clock needs)"
     found = [
-        f"{name}: {before} points before and {len(outside) - before} after the simulated record {span} are "
+        f"{name}: {many(before, 'point')} before and {len(outside) - before} after the simulated record {span} are "
         "left out of the fit"
     ] * bool(len(outside))
     found += channel.warnings
     if not channel.noise.known:
-        size = quantity(channel.noise.level, channel.unit)
+        size = reading(channel.noise.level, channel.unit)
         found.append(f"{name}: no noise is stated; {size} (1 % of the peak) is assumed, and the intervals rest on it")
     return found

@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.formatting import plain, quantity
+from birdstrike.data.formatting import plain, reading
 from birdstrike.data.histories import Array
 from birdstrike.data.units import rounded
 from birdstrike.inversion.misfit import rms
@@ -66,7 +66,7 @@ def _exchanged(dataset: Dataset, one: Channel, other: Channel) -> str:
         return ""
     names = plain(one.name), plain(other.name)
     shown = ", ".join(
-        f"{name} at {quantity(after, one.unit)} instead of {quantity(before, one.unit)}"
+        f"{name} at {reading(after, one.unit)} instead of {reading(before, one.unit)}"
         for name, before, after in zip(names, own, exchanged, strict=True)
     )
     return (
@@ -144,7 +144,7 @@ def _other_time_unit(beside: _Beside) -> str:
     if last <= LONG * end or channel.peak >= float(beside.peaks.min()) / FAR:
         return ""
     return (
-        f"{plain(channel.name)} reads at most {quantity(channel.peak, channel.unit)} where the runs peak at "
+        f"{plain(channel.name)} reads at most {reading(channel.peak, channel.unit)} where the runs peak at "
         f"{_range(beside.peaks, channel.unit)}, and ends at {1e3 * last:.4g} ms, the runs at {1e3 * end:.3g} ms: is "
         "its clock in another unit, such as milliseconds that are called seconds, or the sensor dead? Import it "
         "again with the right --time-unit, or leave it out: --channels"
@@ -173,7 +173,7 @@ def _other_unit(beside: _Beside) -> str:
     apart = _slip(channel.peak / middle) if middle > 0.0 else "and most of them not at all"
     what = " has the shape of the runs and another size" if alike > ALIKE else " has a size that no run comes near"
     return (
-        f"{plain(channel.name)}{what}: it peaks at {quantity(channel.peak, channel.unit)} where they do at "
+        f"{plain(channel.name)}{what}: it peaks at {reading(channel.peak, channel.unit)} where they do at "
         f"{_range(beside.seen, channel.unit)}, {apart}; import it again with the right --unit, or a --scale; if the "
         "record is right, correct the case: its plate, bird or speed"
     )
@@ -185,7 +185,7 @@ def _no_response(beside: _Beside) -> str:
     if channel.peak >= max(SILENT * rms(channel.noise), low / SILENT_SHARE) or channel.peak >= low / FAR:
         return ""
     return (
-        f"{plain(channel.name)} shows no response: it reads at most {quantity(channel.peak, channel.unit)} where the "
+        f"{plain(channel.name)} shows no response: it reads at most {reading(channel.peak, channel.unit)} where the "
         f"runs peak at {_range(beside.seen, channel.unit)}; a dead sensor, a wrong column or a wrong unit? Look at it, "
         "or leave it out: --channels"
     )
@@ -198,10 +198,10 @@ def _other_trigger(beside: _Beside) -> str:
     if beside.allowed[best] or held < NOISE * rms(channel.noise) or beside.residual[best] > MENDED * held:
         return ""
     late = -1e3 * float(beside.shifts[best])  # ms
-    nearest = quantity(float(beside.residual[best]), channel.unit)
+    nearest = reading(float(beside.residual[best]), channel.unit)
     return (
         f"{plain(channel.name)} lies beside the runs best when its clock is moved by {late:+.2f} ms (nearest run at "
-        f"{nearest} instead of {quantity(held, channel.unit)}), which the case does not allow: a late or early trigger?"
+        f"{nearest} instead of {reading(held, channel.unit)}), which the case does not allow: a late or early trigger?"
         f' Import it again with --shift "{late:.2f} ms", or state how well the trigger is known: '
         f'inversion.nuisance.time_offset = "{abs(late) / 2.0:.1g} ms"'
     )
@@ -209,7 +209,7 @@ def _other_trigger(beside: _Beside) -> str:
 
 def _range(values: Array, unit: str) -> str:
     """Smallest and largest of SI values."""
-    return f"{quantity(float(values.min()), unit)} .. {quantity(float(values.max()), unit)}"
+    return f"{reading(float(values.min()), unit)} .. {reading(float(values.max()), unit)}"
 
 
 def _last(channel: Channel) -> float:

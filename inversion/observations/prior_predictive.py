@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.formatting import plain, quantity
+from birdstrike.data.formatting import plain, reading
 from birdstrike.data.histories import Array
 from birdstrike.inversion.misfit import rms, rmse
 from birdstrike.inversion.observations.autocorrelation import correlated
@@ -110,7 +110,7 @@ def prior_predictive_warning(found: PriorPredictive, observations: Observations,
         )
     units = {c.name: c.unit for c in observations.channels}
     near = found.nearest_distance.items()
-    where = ", ".join(f"{quantity(value, units[name])} RMS in {plain(name)}" for name, value in near)
+    where = ", ".join(f"{reading(value, units[name])} RMS in {plain(name)}" for name, value in near)
     share = found.outside_envelope
     points = (
         f"{share:.0%} of its points lie outside all runs"

@@ -9,7 +9,7 @@ import numpy as np
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
-from birdstrike.data.formatting import quantity
+from birdstrike.data.formatting import reading
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.before_contact import FEWEST_FOR_LEVEL
 from birdstrike.inversion.observations.expected import Expected
@@ -61,7 +61,7 @@ def zeroed(measured: Measured) -> tuple[Measured, dict[str, float]]:
     until = rest_until(measured)
     offsets = {name: _mean(measured, name, until) for name in measured.channels}
     notes = tuple(
-        f"{name}: {quantity(offset, measured.units[name], 6)}, the mean before {1e3 * until:.4g} ms, was subtracted."
+        f"{name}: {reading(offset, measured.units[name], 6)}, the mean before {1e3 * until:.4g} ms, was subtracted."
         for name, offset in offsets.items()
     )
     channels = {name: values - offsets[name] for name, values in measured.channels.items()}

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.curves import Measured, ReadBefore
 from birdstrike.data.errors import MeasuredError
-from birdstrike.data.formatting import fewest_decimals, many, plain, quantity, span
+from birdstrike.data.formatting import fewest_decimals, many, plain, quantity, reading, span
 from birdstrike.data.histories import Array
 from birdstrike.data.nearest import did_you_mean
 from birdstrike.inversion.observations.baseline import Baseline
@@ -441,7 +441,7 @@ def _zero(name: str, unit: str, before: BeforeContact, baseline: Baseline | None
         return ()
     how = "at every point before contact" if before.constant else "before contact, beyond its noise"
     text = (
-        f"{plain(name)} reads {quantity(before.offset, unit, 2)} {how}: the fit takes this offset for part of the "
+        f"{plain(name)} reads {reading(before.offset, unit, 2)} {how}: the fit takes this offset for part of the "
         "response; subtract it from the record: birdstrike import --zero"
     )
     return (text,)
@@ -452,7 +452,7 @@ def _jumping(name: str, unit: str, times: Array, values: Array) -> tuple[str, ..
     places = jumps(times, values) if unit == "m" else np.zeros(0, dtype=np.intp)
     if not len(places):
         return ()
-    step, count = quantity(float(values[places[0] + 1] - values[places[0]]), unit, 2), len(places)
+    step, count = reading(float(values[places[0] + 1] - values[places[0]]), unit, 2), len(places)
     where = f"at {1e3 * times[places[0]]:.4g} ms" + (
         "" if count == 1 else " (and once more)" if count == 2 else f" (and {count - 1} times more)"
     )

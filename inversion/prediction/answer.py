@@ -16,9 +16,10 @@ from birdstrike.data.arguments import as_path
 from birdstrike.data.curves import read_histories
 from birdstrike.data.display import Displayed, draw_curves, own_axes, shown_channel
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import plain, quantity, span
+from birdstrike.data.formatting import plain, reading, span
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.storage.files import file_in, read_json, write_atomically, write_json
+from birdstrike.data.units import of_reading
 from birdstrike.inversion.prediction.distance import Reach
 
 if TYPE_CHECKING:
@@ -159,8 +160,8 @@ class Prediction(Displayed):
         if self.limits:
             return outside + "; ".join(limit_words(name, one) for name, one in self.limits.items())
         name, one = next(iter(self.peaks.items()))
-        interval = span(one["q025"], one["q975"], one["unit"])
-        return f"{outside}largest {plain(name)}: {quantity(one['q50'], one['unit'])} (95 %: {interval})"
+        interval = span(one["q025"], one["q975"], of_reading(one["unit"]))
+        return f"{outside}largest {plain(name)}: {reading(one['q50'], one['unit'])} (95 %: {interval})"
 
     def plot(self, channel: str | None = None, axes: Axes | None = None, **look: Any) -> Axes:
         """Median of one sensor with its 50 and 95 % bands (default: the first sensor)."""
@@ -208,7 +209,7 @@ def tearing_words(torn: Mapping[str, Any]) -> str:
 def limit_words(name: str, one: Limit) -> str:
     """ "displacement centre beyond 8 mm: probability 0.12 (95 %: 0.08 .. 0.17)"."""
     low, high = one.interval_95
-    value = quantity(one.value, one.unit)
+    value = reading(one.value, one.unit)
     return f"{plain(name)} beyond {value}: probability {one.probability:.3g} (95 %: {low:.2g} .. {high:.2g})"
 
 

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from birdstrike.data.formatting import listing, plain, quantity
+from birdstrike.data.formatting import listing, plain, reading
 from birdstrike.data.histories import Array
 from birdstrike.inversion.labels import in_words
 from birdstrike.inversion.prediction.curves import PARTS, SensorDraws
@@ -73,7 +73,7 @@ def narrowing(
         text = _remedy(source, draws, learnt, tolerances, first)
         sentence = (
             f"{text} ({source}: {100.0 * share:.0f} % of the variance of the largest {plain(first)}; without it the "
-            f"95 % interval would be {quantity(left, draws.unit)} wide, now {quantity(width, draws.unit)})"
+            f"95 % interval would be {reading(left, draws.unit)} wide, now {reading(width, draws.unit)})"
         )
         rows.append({"source": source, "share": share, "width_left": left, "sentence": sentence})
     return tuple(rows)

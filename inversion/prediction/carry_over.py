@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import listing, quantity
+from birdstrike.data.formatting import listing, plain, quantity
 from birdstrike.inversion.conditions import same_structure
 from birdstrike.inversion.diagnosis.preparation.shots import instrument_effects
 from birdstrike.inversion.prediction.distance import other_rig
@@ -198,8 +198,9 @@ def refuse_other_sensors(learnt: Learnt, case: Case) -> list[str]:
         return []
     one = len(elsewhere) == 1
     subject = "was not learnt from, or sits" if one else "were not learnt from, or sit"
-    whose = "its model error is that of its" if one else "the model error of each is that of its"
+    error = "its model error is that of its" if one else "the model error of each is that of its"
+    bands = "its bands are wider than a record of it" if one else "their bands are wider than records of them"
     return [
-        f"{listing(elsewhere)} {subject} elsewhere: {whose} kind of sensor, not of its own record; its bands are wider "
-        "than a record of it would make them"
+        f"{listing(list(map(plain, elsewhere)))} {subject} elsewhere: {error} kind of sensor, not of its own record; "
+        f"{bands} would make them"
     ]

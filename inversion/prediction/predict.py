@@ -18,6 +18,7 @@ from birdstrike.data.units import to_si
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Counter, Simulations, uncounted
 from birdstrike.doe.designs.registry import refuse_seed
+from birdstrike.inversion.labels import in_words
 from birdstrike.inversion.prediction.answer import (
     AveragedExplanation,
     Band,
@@ -274,8 +275,8 @@ def _warnings(setting: Setting, new: Case) -> list[str]:
             "the others, which may be the gentler ones"
         )
     found += [
-        f"no simulation of {one.label} (probability {one.probability:.2g}) finished: its effect is not in the bands; "
-        "raise --budget or --leave-behind the effect"
+        f"no simulation of {in_words(one.label)} (probability {one.probability:.2g}) finished: its effect is not in "
+        "the bands; raise --budget or --leave-behind the effect"
         for i, one in enumerate(learnt.explanations)
         if i not in campaign.points.explanation
     ]

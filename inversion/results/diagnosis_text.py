@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from birdstrike.data.formatting import many
-from birdstrike.data.units import display, rounded
+from birdstrike.data.units import display, of_reading, rounded
 from birdstrike.inversion.labels import in_words, label_parts
 from birdstrike.inversion.results.diagnosis import (
     ATTRIBUTED,
@@ -192,12 +192,12 @@ def _errors(found: Diagnosis) -> str:
     where = f" in shot {shot.name}" if len(found.shots) > 1 else ""
     words = ", less what the baseline shows," if before.rmse_less_baseline else ""
     (old, shown_unit), (new, _) = (
-        display((one.rmse_less_baseline or one.rmse)[first], found.units[first]) for one in (before, after)
+        display((one.rmse_less_baseline or one.rmse)[first], of_reading(found.units[first])) for one in (before, after)
     )
     changes = "falls" if new < old else "rises"
     ratios = (shot.before.weighted, shot.after.weighted)
     return (
         f"; the error at {first.replace('_', ' ')}{where}{words} {changes} from {rounded(old, 3)} to {rounded(new, 3)} "
-        f"{shown_unit}, the misfit of all sensors' fits over noise and model error goes from {ratios[0]:.2g} to "
-        f"{ratios[1]:.2g}"
+        f"{shown_unit}, the misfit of all sensors' fits over noise and model error goes from {rounded(ratios[0], 2)} "
+        f"to {rounded(ratios[1], 2)}"
     )

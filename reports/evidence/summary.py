@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from birdstrike.data.formatting import quantity, span
 from birdstrike.data.storage.files import read_json
+from birdstrike.data.units import rounded
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.labels import flight
 from birdstrike.reports.evidence.sources import Sources, no_command, repeat_line
@@ -74,7 +75,8 @@ def _answer(sources: Sources) -> Iterator[str]:
         else:
             yield f"- {name}: NOT IDENTIFIED ({one.reason})"
     if answer.verified_relative is not None:
-        yield f"- Simulation at this answer and the record: {100.0 * answer.verified_relative:.2g} % of the peaks (RMS)"
+        share = rounded(100.0 * answer.verified_relative, 2)
+        yield f"- Simulation at this answer and the record: {share} % of the peaks (RMS)"
     if found := sources.diagnosed:
         yield f"- Diagnosis: {found.verdict.replace('_', ' ')}. {found.sentence}."
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.histories import Array
-from birdstrike.data.units import DISPLAY, from_si
+from birdstrike.data.units import DISPLAY, from_si, of_reading
 from birdstrike.reports.figures.quantities import symbol
 from birdstrike.solver.case.effects import SHOWN
 
@@ -55,8 +55,12 @@ class View:
 
 def unit_of(si: str) -> Table:
     """The unit in which the page writes a quantity, and how many of it are one SI unit."""
+    return {"si": si, **_shown(si)}
+
+
+def _shown(si: str) -> Table:
     shown = {**SHOWN, **DISPLAY}.get(si, si)
-    return {"si": si, "unit": shown, "factor": from_si(1.0, shown) if shown else 1.0}
+    return {"unit": shown, "factor": from_si(1.0, shown) if shown else 1.0}
 
 
 def parameter(
@@ -119,7 +123,8 @@ def record(times: Array, values: Array, sigma: Array, source: str, used: NDArray
 
 def channel(name: str, si: str, noise: float | None, measured: Table | None = None, label: str = "") -> Table:
     """One sensor of a shot; noise: its standard deviation where one is stated, SI."""
-    return {"name": name, "label": label or plain(name), **unit_of(si), "noise": noise, "record": measured}
+    shown = _shown(of_reading(si))
+    return {"name": name, "label": label or plain(name), "si": si, **shown, "noise": noise, "record": measured}
 
 
 def preset(name: str, theta: Sequence[float], effects: Mapping[str, float] | None = None, clock: float = 0.0) -> Table:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from birdstrike.inversion.labels import in_words
 from birdstrike.reports.figures.style import BLUE, GREY, VERMILION, WIDE, styled
 
 LAST = ("none needed", "ambiguous, truth among them", "ambiguous, truth not among them", "unexplained")
@@ -22,7 +23,7 @@ def confusion_figure(confusion: Mapping[str, Mapping[str, float]]) -> Figure:
     axes = figure.subplots()
     axes.imshow(matrix, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
     axes.grid(visible=False)
-    axes.set_xticks(range(len(answers)), answers, rotation=40, ha="right")
+    axes.set_xticks(range(len(answers)), [_short(name) for name in answers], rotation=40, ha="right")
     axes.set_yticks(range(len(matrix)), [_short(name) for name in confusion])
     for i, row in enumerate(matrix):
         for j, share in enumerate(row):
@@ -35,7 +36,9 @@ def confusion_figure(confusion: Mapping[str, Mapping[str, float]]) -> Figure:
 
 
 def _short(name: str) -> str:
-    return name if len(name) <= 48 else f"{name[:46]}…"
+    """`bird_yaw + impact_offset@shot1` as words, cut where it is long; an answer that is a sentence stays as it is."""
+    words = name if name in LAST else " + ".join(in_words(one) for one in name.split(" + "))
+    return words if len(words) <= 48 else f"{words[:46]}…"
 
 
 @styled

@@ -10,9 +10,9 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from birdstrike.data.histories import Histories
 from birdstrike.reports.figures.curves import RecordCurve, draw_record
-from birdstrike.reports.figures.quantities import labelled, milliseconds, shown
+from birdstrike.reports.figures.quantities import labelled, milliseconds, shown_readings, shown_span
 from birdstrike.reports.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, WIDE, legend_above, styled
-from birdstrike.reports.figures.switches import CALIBRATED, MARK, PUBLISHED
+from birdstrike.reports.figures.switches import CALIBRATED, MARK, PUBLISHED, WIDTHS
 
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 DASHES = ("-", (0, (6, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, (9, 2.5)), (0, (3, 1)))
@@ -62,9 +62,9 @@ def curves_figure(
     figure = Figure(figsize=(WIDE, 0.7 + 2.3 * len(channels)), layout="constrained")
     panels = figure.subplots(len(channels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (channel, unit) in zip(panels, channels.items(), strict=True):
-        for runs, mark, style in (
-            (published, PUBLISHED, {"linewidth": 0.8, "alpha": 0.75}),
-            (calibrated, CALIBRATED, {"linewidth": 1.5}),
+        for runs, mark in (
+            (published, PUBLISHED),
+            (calibrated, CALIBRATED),
         ):
             for i, name in enumerate(names):
                 if name not in runs or channel not in runs[name].channels:
@@ -72,17 +72,18 @@ def curves_figure(
                 run = runs[name]
                 axes.plot(
                     milliseconds(run.time),
-                    shown(run.channels[channel], unit)[0],
+                    shown_readings(run.channels[channel], unit)[0],
                     color=COLOURS[i % len(COLOURS)],
                     linestyle=DASHES[i % len(DASHES)],
                     gid=MARK + mark,
                     label=f"{name}, {mark}",
-                    **style,
+                    linewidth=WIDTHS[mark],
                 )
         draw_record(axes, records[channel], unit)
-        axes.set_ylabel(labelled(channel, shown(np.zeros(1), unit)[1]))
+        axes.set_ylabel(labelled(channel, shown_readings(np.zeros(1), unit)[1]))
         axes.margins(y=0.08)
-    panels[-1].set_xlim(0.0, float(milliseconds(next(iter(records.values())).time[-1:])[0]))
+    until = max((float(run.time[-1]) for runs in (calibrated, published) for run in runs.values()), default=np.inf)
+    panels[-1].set_xlim(*milliseconds(np.asarray(shown_span(next(iter(records.values())).time, until))))
     panels[-1].set_xlabel("Time on the record's clock [ms]")
     legend_above(panels[0], columns=3)
     return figure

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
 from birdstrike.inversion.mesh_convergence.grid_convergence import GridConvergence
 from birdstrike.inversion.mesh_convergence.scalars import Scalar
-from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, significant, words
+from birdstrike.reports.figures.quantities import labelled, milliseconds, shown_readings, significant, words
 from birdstrike.reports.figures.style import (
     BLACK,
     BLUE,
@@ -45,11 +45,11 @@ def convergence_figure(found: MeshConvergence) -> Figure:
 def _curve(axes: Axes, found: MeshConvergence, name: str) -> None:
     own = found.histories[found.user]
     time, band = milliseconds(own.time), found.curves[name].bands[found.own]
-    low, high = (shown(own.channels[name] + side * band, own.units[name])[0] for side in (-1.0, 1.0))
+    low, high = (shown_readings(own.channels[name] + side * band, own.units[name])[0] for side in (-1.0, 1.0))
     axes.fill_between(time, low, high, color=SKY, alpha=0.35, linewidth=0, label="numerical uncertainty of your mesh")
     for i, (mesh, histories) in enumerate(zip(found.meshes, found.histories, strict=True)):
         label = f"{mesh.particles} particles, {mesh.elements[0]} × {mesh.elements[1]} shells"
-        values, unit = shown(histories.channels[name], own.units[name])
+        values, unit = shown_readings(histories.channels[name], own.units[name])
         yours = " (your mesh)" if i == found.user else ""
         axes.plot(time, values, color=_COLOURS[i], linewidth=1.6 if yours else 1.1, label=label + yours)
         axes.set_ylabel(labelled(name, unit))
@@ -61,23 +61,23 @@ def _scalar(
     axes: Axes, found: MeshConvergence, scalar: Scalar, entry: GridConvergence, values: tuple[float, ...]
 ) -> None:
     spacings = 1e3 * np.array([mesh.bird_spacing for mesh in found.meshes])
-    numbers, unit = shown(np.array(values), scalar.unit)
+    numbers, unit = shown_readings(np.array(values), scalar.unit)
     axes.plot(spacings, numbers, "o", color=BLACK, markersize=5, mfc="white", zorder=3)
-    error = shown(np.array([entry.uncertainties[found.own]]), scalar.unit)[0]
+    error = shown_readings(np.array([entry.uncertainties[found.own]]), scalar.unit)[0]
     own = slice(found.user, found.user + 1)
     axes.errorbar(spacings[own], numbers[own], yerr=error, color=BLUE, fmt="o", markersize=5, capsize=3)
     if entry.extrapolated is not None and entry.order_used is not None:
-        exact = float(shown(np.array([entry.extrapolated]), scalar.unit)[0][0])
+        exact = float(shown_readings(np.array([entry.extrapolated]), scalar.unit)[0][0])
         h = np.linspace(0.0, spacings[-1], 60)
         slope = (numbers[found.used[0]] - exact) / spacings[found.used[0]] ** entry.order_used
         axes.plot(h, exact + slope * h**entry.order_used, color=VERMILION, linewidth=1.0, linestyle="--")
         axes.plot(0.0, exact, "D", color=VERMILION, markersize=5)
         axes.annotate(f"{significant(exact, 4)} {unit}", (0.0, exact), (6, 4), textcoords="offset points", fontsize=8)
     axes.set_title(f"{words(scalar.name)}\n{entry.behaviour}{order_words(entry)}", fontsize=8.5)
-    axes.set_xlim(left=-0.04 * spacings[-1])
+    axes.set_xlim(-0.04 * spacings[-1], 1.06 * spacings[-1])
     axes.margins(y=0.2)
     axes.set_xlabel("Bird's particle spacing [mm]")
-    axes.set_ylabel(f"[{unit or '–'}]")
+    axes.set_ylabel(f"[{unit}]")
 
 
 def order_words(entry: GridConvergence) -> str:

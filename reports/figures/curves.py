@@ -12,7 +12,15 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.reports.figures.quantities import labelled, milliseconds, quantity, residual_label, shown, shown_span
+from birdstrike.reports.figures.quantities import (
+    labelled,
+    milliseconds,
+    quantity,
+    reading,
+    residual_label,
+    shown_readings,
+    shown_span,
+)
 from birdstrike.reports.figures.style import BLACK, METHOD_MARKERS, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import MARK, RECORD, look
 
@@ -64,11 +72,12 @@ def comparison_figure(channel: str, si_unit: str, record: RecordCurve, verified:
     figure = Figure(figsize=(WIDE, 5.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
     draw_record(above, record, si_unit)
+    span = shown_span(record.time, max((float(one.time[-1]) for one in verified.values()), default=np.inf))
     for method, curve in verified.items():
-        _simulated(above, method, curve, si_unit, shown_span(record.time), -1.0 if record.peak[1] < 0.0 else 1.0)
+        _simulated(above, method, curve, si_unit, span, -1.0 if record.peak[1] < 0.0 else 1.0)
         _residual(below, method, record.time, curve.at_record - record.values, si_unit)
     noise_band(below, record.time, record.sigma, si_unit)
-    _frame(above, below, channel, si_unit, record.time)
+    _frame(above, below, channel, si_unit, span)
     return figure
 
 
@@ -77,14 +86,14 @@ def draw_record(axes: Axes, record: RecordCurve, si_unit: str) -> None:
 
     Readings that the fit left out are light, and have an entry of their own in the legend.
     """
-    values = shown(record.values, si_unit)[0]
+    values = shown_readings(record.values, si_unit)[0]
     dense, at = is_dense(record.values), milliseconds(record.time)
     points = {"linestyle": "-" if dense else "none", "marker": "" if dense else "o", "label": record.label}
     axes.plot(at, values, lw=1.1, markersize=5.5, markerfacecolor="white", zorder=5, **{**look(RECORD), **points})
     if record.left_out is not None:
-        draw_left_out(axes, at, shown(record.left_out, si_unit)[0], dense)
+        draw_left_out(axes, at, shown_readings(record.left_out, si_unit)[0], dense)
     if record.sigma is not None and not dense:
-        bars = 2 * shown(record.sigma, si_unit)[0]
+        bars = 2 * shown_readings(record.sigma, si_unit)[0]
         drawn = axes.errorbar(at, values, bars, fmt="none", ecolor=BLACK, elinewidth=0.8)
         for part in drawn.lines[2]:
             part.set_gid(MARK + RECORD)
@@ -115,7 +124,7 @@ def _simulated(
 ) -> None:
     """The curve over the span that is shown, with a triangle on its peak on the record's side of 0 (1 or -1)."""
     seen = (curve.time >= span[0]) & (curve.time <= span[1])
-    values, at = shown(curve.values[seen], si_unit)[0], milliseconds(curve.time[seen])
+    values, at = shown_readings(curve.values[seen], si_unit)[0], milliseconds(curve.time[seen])
     label = f"simulated: verification of the {method}"
     axes.plot(at, values, label=label, **look(method))
     top = int(np.nanargmax(side * values))
@@ -125,11 +134,11 @@ def _simulated(
 def _mark_peak(axes: Axes, record: RecordCurve, si_unit: str) -> None:
     """A drop line to the time axis and the peak's value beside it, clear of the curve and within the axes."""
     time, value = record.peak
-    at, top = float(milliseconds(np.asarray(time))), float(shown(np.asarray(value), si_unit)[0])
+    at, top = float(milliseconds(np.asarray(time))), float(shown_readings(np.asarray(value), si_unit)[0])
     mark = MARK + RECORD
     side, to = (1, "left") if time < LATE * record.time[-1] else (-1, "right")
     axes.vlines(at, 0.0, top, color=BLACK, linewidth=0.7, linestyle=":", gid=mark)
-    size, when, beyond = quantity(value, si_unit), quantity(time, "s"), "≥" if value > 0.0 else "≤"
+    size, when, beyond = reading(value, si_unit), quantity(time, "s"), "≥" if value > 0.0 else "≤"
     axes.annotate(
         f"peak {beyond} {size}, clipped from {when} on" if record.clipped else f"peak {size} at {when}",
         xy=(at, 0.0),
@@ -146,7 +155,7 @@ def _residual(axes: Axes, method: str, time: Array, residual: Array, si_unit: st
     marker = "" if is_dense(residual) else METHOD_MARKERS[method]
     axes.plot(
         milliseconds(time),
-        shown(residual, si_unit)[0],
+        shown_readings(residual, si_unit)[0],
         linewidth=1.1,
         marker=marker,
         markersize=4,
@@ -159,16 +168,16 @@ def noise_band(axes: Axes, time: Array, sigma: Array | None, si_unit: str) -> No
     axes.axhline(0.0, color=BLACK, linewidth=0.7)
     if sigma is None:
         return
-    band = 2 * shown(sigma, si_unit)[0]
+    band = 2 * shown_readings(sigma, si_unit)[0]
     axes.fill_between(milliseconds(time), -band, band, color="#E2E2E2", linewidth=0, zorder=0)
     axes.text(1.0, 1.02, "grey: ±2σ of the noise", transform=axes.transAxes, ha="right", va="bottom", fontsize=8)
 
 
-def _frame(above: Axes, below: Axes, channel: str, si_unit: str, time: Array) -> None:
-    unit = shown(np.zeros(1), si_unit)[1]
+def _frame(above: Axes, below: Axes, channel: str, si_unit: str, span: tuple[float, float]) -> None:
+    unit = shown_readings(np.zeros(1), si_unit)[1]
     above.set_ylabel(labelled(channel, unit))
     below.set_ylabel(residual_label(unit))
     below.set_xlabel("Time on the record's clock [ms]")
-    below.set_xlim(*milliseconds(np.asarray(shown_span(time))))
+    below.set_xlim(*milliseconds(np.asarray(span)))
     above.margins(y=0.08)
     legend_above(above, columns=3)

@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter1d
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.figures.curves import RecordCurve, draw_record, is_dense, noise_band
-from birdstrike.reports.figures.quantities import labelled, milliseconds, residual_label, shown
+from birdstrike.reports.figures.quantities import labelled, milliseconds, residual_label, shown_readings
 from birdstrike.reports.figures.style import BLACK, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import look
 
@@ -76,13 +76,13 @@ def _curves(
         draw_record(axes, record, si_unit)
     for model in models:
         seen = (model.time >= span[0]) & (model.time <= span[1])
-        values, at = shown(model.values, si_unit)[0], milliseconds(model.time[seen])
+        values, at = shown_readings(model.values, si_unit)[0], milliseconds(model.time[seen])
         bold = running_mean(model.time, values) if model.impulse is not None else values
         wide = 2.2 if model.leading else 1.5
         axes.plot(at, bold[seen], lw=wide, label=f"simulated, {model.title}", **look(model.key))
         if model.impulse is not None:
             axes.plot(at, values[seen], **{**look(model.key), "linestyle": "-"}, lw=0.6, alpha=0.35, zorder=1)
-    axes.set_ylabel(labelled(channel, shown(np.zeros(1), si_unit)[1]))
+    axes.set_ylabel(labelled(channel, shown_readings(np.zeros(1), si_unit)[1]))
     axes.margins(y=0.08)
 
 
@@ -96,12 +96,12 @@ def _residuals(axes: Axes, models: Sequence[ModelCurve], record: RecordCurve, si
     marker = "" if is_dense(record.values) else "."
     for model in models:
         if model.at_record is not None:
-            residual = shown(model.at_record - record.values, si_unit)[0]
+            residual = shown_readings(model.at_record - record.values, si_unit)[0]
             axes.plot(
                 milliseconds(record.time)[record.read], residual[record.read], lw=1.1, marker=marker, **look(model.key)
             )
     noise_band(axes, record.time, record.sigma, si_unit)
-    axes.set_ylabel(residual_label(shown(np.zeros(1), si_unit)[1]))
+    axes.set_ylabel(residual_label(shown_readings(np.zeros(1), si_unit)[1]))
 
 
 def _impulses(axes: Axes, models: Sequence[ModelCurve], momentum: float, span: tuple[float, float]) -> None:

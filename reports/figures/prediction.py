@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.prediction.budget import SOURCES
-from birdstrike.reports.figures.quantities import labelled, milliseconds, shown
+from birdstrike.reports.figures.quantities import labelled, milliseconds, shown_readings
 from birdstrike.reports.figures.style import (
     BLACK,
     BLUE,
@@ -32,13 +32,13 @@ def bands_figure(name: str, unit: str, time: Array, quantiles: Mapping[str, Arra
     figure = Figure(figsize=(WIDE, 3.4), layout="constrained")
     on = figure.subplots()
     at = milliseconds(time)
-    own = {key: shown(values, unit)[0] for key, values in quantiles.items()}
-    display = shown(time, unit)[1]
+    own = {key: shown_readings(values, unit)[0] for key, values in quantiles.items()}
+    display = shown_readings(time, unit)[1]
     on.fill_between(at, own["q025"], own["q975"], color=SKY, alpha=0.35, linewidth=0.0, label="95 %")
     on.fill_between(at, own["q25"], own["q75"], color=BLUE, alpha=0.35, linewidth=0.0, label="50 %")
     on.plot(at, own["q50"], color=BLUE, label="median")
     if limit is not None:
-        on.axhline(float(shown(time * 0.0 + limit, unit)[0][0]), color=BLACK, linestyle="--", label="limit")
+        on.axhline(float(shown_readings(time * 0.0 + limit, unit)[0][0]), color=BLACK, linestyle="--", label="limit")
     on.set_ylabel(labelled(name, display))
     on.set_xlabel("Time [ms]")
     legend_above(on)

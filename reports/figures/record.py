@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from birdstrike.data.curves import Measured
-from birdstrike.data.formatting import quantity
+from birdstrike.data.formatting import reading
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.reader import BESIDE, CLIPPED, FROZEN, HELD, OUTLIER, OUTSIDE, ChannelRecord
-from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, words
+from birdstrike.reports.figures.quantities import labelled, milliseconds, shown_readings, words
 from birdstrike.reports.figures.style import (
     BLACK,
     BLUE,
@@ -81,10 +81,10 @@ def draw_record(measured: Measured, channels: Iterable[ChannelRecord], path: Pat
 
 def _draw(axes: Axes, channel: DrawnChannel) -> None:
     at = milliseconds(channel.time)
-    values, unit = shown(channel.values, channel.unit)
+    values, unit = shown_readings(channel.values, channel.unit)
     cut = np.isin(channel.time, np.concatenate([np.zeros(0), *channel.cuts.values()]))
     kept = np.where(cut, np.nan, values)
-    band = SIGMAS * shown(np.array([channel.noise]), channel.unit)[0][0]
+    band = SIGMAS * shown_readings(np.array([channel.noise]), channel.unit)[0][0]
     axes.fill_between(
         at, kept - band, kept + band, color=SKY, alpha=0.45, lw=0, label=f"± {SIGMAS:g} sigma of the noise"
     )
@@ -98,8 +98,10 @@ def _draw(axes: Axes, channel: DrawnChannel) -> None:
             at[which], values[which], ls="none", marker="x", markersize=4, color=COLOURS.get(reason, GREY), label=label
         )
     if channel.rest is not None:
-        axes.plot(at, shown(channel.rest, channel.unit)[0], color=BLUE, ls="--", lw=1.6, label="reading at rest")
-    noise = quantity(channel.noise, channel.unit, 2)
+        axes.plot(
+            at, shown_readings(channel.rest, channel.unit)[0], color=BLUE, ls="--", lw=1.6, label="reading at rest"
+        )
+    noise = reading(channel.noise, channel.unit, 2)
     axes.set_title(f"{words(channel.name)}: noise {noise} ({channel.source})")
     axes.set_ylabel(labelled(channel.name, unit))
     axes.set_xlabel("time [ms]")

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from birdstrike.reports.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION
+from birdstrike.reports.figures.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 
 MARK = "switch-"
 MOST_POINTS, DIGITS = 700, 5
@@ -28,10 +29,16 @@ COLOURS: Mapping[str, str] = {
     "network": VERMILION,
     "emulator": BLUE,
     CAMPAIGN: SKY,
-    CALIBRATED: BLUE,
-    PUBLISHED: GREY,
+    CALIBRATED: BLACK,
+    PUBLISHED: BLACK,
 }
-"""Switch -> its colour in every figure, in the order of the page's row of switches."""
+"""Switch -> its colour in every figure, in the order of the page's row of switches.
+
+Of the page of calibrated models each bird model has a colour, and the two switches are told by their lines' widths.
+"""
+
+WIDTHS: Mapping[str, float] = {CALIBRATED: 2.2, PUBLISHED: 0.9}
+"""Switch of several bird models -> width of its lines, which tells it, in points."""
 
 DASHES: Mapping[str, Any] = {
     "elastic": (0, (1.2, 1.2)),
@@ -41,6 +48,14 @@ DASHES: Mapping[str, Any] = {
     "emulator": (0, (5, 2)),
 }
 """Switch -> its dashes: the curves stay apart in a black-and-white print."""
+
+
+def switch(key: str, title: str) -> dict[str, str]:
+    """A switch of the page's row: its title, and its line's colour, dashes as SVG has them, and width."""
+    dashes = DASHES.get(key, "-")
+    short = "none" if isinstance(dashes, str) else " ".join(f"{1.2 * length:.3g}" for length in dashes[1])
+    width = f"{WIDTHS.get(key, 2.4)}"
+    return {"key": key, "title": title, "colour": COLOURS[key], "dashes": short, "width": width}
 
 
 def look(key: str) -> dict[str, Any]:
@@ -79,7 +94,8 @@ def readings(figure: Figure) -> list[dict[str, Any]]:
     """What the pointer can read, one entry an axes with marked curves.
 
     box: left, top, width, height in the drawing's points; span: values of x at its left and right; label: its y axis;
-    curves: switch, x and y in the axes' units, gaps null. The figure must have been laid out.
+    curves: switch, x and y in the axes' units, gaps null; title and colour where a switch has several bird models.
+    The figure must have been laid out.
     """
     return [entry for axes in figure.axes if (entry := _axes_readings(figure, axes))["curves"]]
 
@@ -107,7 +123,8 @@ def _curves(axes: Axes) -> Iterator[dict[str, Any]]:
     for line in axes.lines:
         key = switch_of(line)
         if key is not None and len(np.atleast_1d(line.get_xdata())) > 1:
-            yield {"switch": key, **_points(line)}
+            own = {"title": line.get_label(), "colour": to_hex(line.get_color())} if key in WIDTHS else {}
+            yield {"switch": key, **own, **_points(line)}
 
 
 def _points(line: Line2D) -> dict[str, list[float | None]]:

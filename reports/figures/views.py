@@ -12,7 +12,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import NullLocator
+from matplotlib.ticker import AutoLocator, NullLocator
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array, Snapshot
@@ -28,6 +28,24 @@ ENDS: Mapping[str, Any] = {"extend": "both", "extendfrac": 0.02}
 """A colour bar beyond whose ends there are values."""
 
 PLATE_FACE = "#9FB4C4"
+
+
+HALF_A_NUMBER = 0.15  # in
+
+
+class InnerTicks(AutoLocator):
+    """Ticks whose numbers don't reach into the next column: none within `margin` of the ends, a share of the axis."""
+
+    def __init__(self, margin: float) -> None:
+        super().__init__()
+        self.margin = margin
+
+    def __call__(self) -> Array:
+        """Places on the axis, (n,)."""
+        assert self.axis is not None, "set on an axis"
+        low, high = sorted(self.axis.get_view_interval())
+        spared, ticks = self.margin * (high - low), np.asarray(super().__call__())
+        return ticks[(ticks >= low + spared) & (ticks <= high - spared)]
 
 
 def push_direction(snapshots: Sequence[Snapshot]) -> float:
@@ -106,6 +124,7 @@ def grid_of_views(
             grid[row, column] = figure.add_axes((left / width, (top - tall) / height, cell / width, tall / height))
             if column > 0:
                 grid[row, column].yaxis.set_major_locator(NullLocator())
+            grid[row, column].xaxis.set_major_locator(InnerTicks(HALF_A_NUMBER / cell))
             if gap == BETWEEN:
                 grid[row, column].xaxis.set_major_locator(NullLocator())
         top -= tall + gap

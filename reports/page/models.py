@@ -11,9 +11,9 @@ from birdstrike.data.histories import Histories
 from birdstrike.data.storage.files import write_atomically
 from birdstrike.inversion.labels import provenance
 from birdstrike.inversion.models.results import read_comparison
-from birdstrike.reports.figures.switches import CALIBRATED, COLOURS, PUBLISHED, RECORD
+from birdstrike.reports.figures.switches import CALIBRATED, PUBLISHED, RECORD, switch
 from birdstrike.reports.page.render import rendered
-from birdstrike.reports.results.measurement import program_in
+from birdstrike.reports.results.measurement import program_in, simulated_curves
 from birdstrike.reports.sections.calibrated_models import (
     ModelsResults,
     answer_section,
@@ -57,5 +57,6 @@ def page(results: ModelsResults) -> str:
         title=f"Bird models calibrated to {many(len(results.records), 'shot')}",
         subtitle=f"{known}; every model curve is simulated by {results.program}.",
         sections=[make(results) for make in SECTIONS],
-        switches=[{"key": k, "title": v, "colour": COLOURS[k], "dashes": "none"} for k, v in SWITCHES.items()],
+        switches=[switch(key, title) for key, title in SWITCHES.items()],
+        simulated=simulated_curves(list(results.records.values())),
     )

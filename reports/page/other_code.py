@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from birdstrike.data.formatting import many, quantity
+from birdstrike.data.formatting import many, quantity, reading
 from birdstrike.data.storage.files import file_digest, write_atomically
+from birdstrike.data.units import rounded
 from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.comparison.other_code import CurvePair
 from birdstrike.reports.figures.other_code import two_codes_figure
@@ -61,7 +62,7 @@ def _sentence(pairs: Sequence[CurvePair], theirs: str) -> str:
     assert worst.score is not None
     return (
         f"{many(len(pairs), 'sensor')} of the case in both codes. The largest difference "
-        f"is that of {worst.name.replace('_', ' ')}: {100.0 * worst.score.share:.2g} % of its peak (RMS)."
+        f"is that of {worst.name.replace('_', ' ')}: {rounded(100.0 * worst.score.share, 2)} % of its peak (RMS)."
     )
 
 
@@ -80,9 +81,9 @@ def _row(pair: CurvePair) -> tuple[str, ...]:
         rating = f"{found.rating.overall:.2f}, {found.rating.grade}"
     return (
         pair.name.replace("_", " "),
-        quantity(figures["peak_ours"], pair.unit, 4),
-        quantity(figures["peak_theirs"], pair.unit, 4),
-        "-" if found is None else f"{100.0 * found.share:.2g} %",
+        reading(figures["peak_ours"], pair.unit, 4),
+        reading(figures["peak_theirs"], pair.unit, 4),
+        "-" if found is None else f"{rounded(100.0 * found.share, 2)} %",
         "-" if found is None else quantity(found.peak_time, "s", 3),
         impulses,
         rating,
@@ -93,8 +94,8 @@ def _caption(pair: CurvePair, theirs: str) -> str:
     name = pair.name.replace("_", " ")
     if pair.score is None:
         return f"{name}: {theirs} reads nothing here."
-    rms, share = quantity(pair.score.rms, pair.unit, 3), 100.0 * pair.score.share
-    return f"{name}: RMS difference {rms}, {share:.2g} % of the peak. Below: birdstrike less {theirs}."
+    rms, share = reading(pair.score.rms, pair.unit, 3), 100.0 * pair.score.share
+    return f"{name}: RMS difference {rms}, {rounded(share, 2)} % of the peak. Below: birdstrike less {theirs}."
 
 
 def _source(path: Path) -> str:

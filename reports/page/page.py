@@ -14,11 +14,11 @@ from birdstrike.inversion.labels import provenance
 from birdstrike.reports.blocks import Picture, Section
 from birdstrike.reports.comparison.models import run_models
 from birdstrike.reports.explore.explore import PAGE as EXPLORE
-from birdstrike.reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECORD
+from birdstrike.reports.figures.switches import CAMPAIGN, COLOURS, RECORD, switch
 from birdstrike.reports.page.diagnosis import SECTIONS as DIAGNOSIS_SECTIONS
 from birdstrike.reports.page.diagnosis import in_report
 from birdstrike.reports.page.render import rendered
-from birdstrike.reports.results.measurement import named, origin, origins, program_in
+from birdstrike.reports.results.measurement import named, origin, origins, program_in, simulated_curves
 from birdstrike.reports.results.parts import Parts, find_parts
 from birdstrike.reports.results.reading import read_campaign, read_inversion, read_results
 from birdstrike.reports.results.results import Results, titled
@@ -187,6 +187,7 @@ def page(
         subtitle=f"{_provenance(results)}; every model curve is simulated by {program}.",
         sections=sections,
         switches=switches(results, sections),
+        simulated=simulated_curves(results.records),
         beside=beside,
     )
 
@@ -206,7 +207,7 @@ def _provenance(results: Results) -> str:
 
 
 def switches(results: Results, sections: Sequence[Section]) -> list[dict[str, str]]:
-    """The row of switches: every curve that a figure of the page can hide, with its title, colour and dashes."""
+    """The row of switches: every curve that a figure of the page can hide, with its title and line."""
     pictures = (block for section in sections for block in section.blocks if isinstance(block, Picture))
     found = {key for picture in pictures for key in picture.switches}
     titles = {
@@ -215,14 +216,4 @@ def switches(results: Results, sections: Sequence[Section]) -> list[dict[str, st
         **{method: titled(method, results.case) for method in results.finished},
         **{key: model.title for key, model in results.models.items()},
     }
-    return [
-        {"key": key, "title": titles[key], "colour": COLOURS[key], "dashes": _dashes(key)}
-        for key in COLOURS
-        if key in found
-    ]
-
-
-def _dashes(key: str) -> str:
-    """A curve's dashes as SVG has them, short enough for a switch to show them."""
-    dashes = DASHES.get(key, "-")
-    return "none" if isinstance(dashes, str) else " ".join(f"{1.2 * length:.3g}" for length in dashes[1])
+    return [switch(key, titles[key]) for key in COLOURS if key in found]

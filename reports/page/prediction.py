@@ -8,9 +8,11 @@ from typing import Any
 
 from birdstrike.data.curves import read_histories
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import listing, many, plain, quantity, span
+from birdstrike.data.formatting import listing, many, plain, quantity, reading, span
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.storage.files import read_json, write_atomically
+from birdstrike.data.units import of_reading
+from birdstrike.inversion.labels import in_words
 from birdstrike.inversion.prediction.answer import QUANTILES, tearing_words
 from birdstrike.inversion.prediction.budget import SOURCES
 from birdstrike.inversion.prediction.distance import WORDS
@@ -74,6 +76,11 @@ def _range(low: float, high: float, unit: str) -> str:
     return span(low, high, unit, 4) if high > low else quantity(low, unit, 4)
 
 
+def _readings(low: float, high: float, unit: str) -> str:
+    """Two ends of a sensor's interval."""
+    return span(low, high, of_reading(unit))
+
+
 def _growth(content: Content) -> str:
     larger = content["growth"] > 1.005
     spread = f"taken {content['growth']:.3g} times as large as there" if larger else "not enlarged"
@@ -89,7 +96,7 @@ def _limits(content: Content) -> tuple[Block, ...]:
         rows = tuple(
             (
                 plain(name),
-                quantity(one["value"], one["unit"]),
+                reading(one["value"], one["unit"]),
                 f"{one['probability']:.3g}",
                 f"{one['interval_95'][0]:.2g} .. {one['interval_95'][1]:.2g}",
             )
@@ -99,14 +106,14 @@ def _limits(content: Content) -> tuple[Block, ...]:
         words = f"{_left_open(content)} The model's error is in the probability itself."
         blocks.append(Table(head, rows, words, frozenset({1, 2, 3})))
     rows = tuple(
-        (plain(name), quantity(one["q50"], one["unit"]), *(span(one[a], one[b], one["unit"]) for a, b in PAIRS))
+        (plain(name), reading(one["q50"], one["unit"]), *(_readings(one[a], one[b], one["unit"]) for a, b in PAIRS))
         for name, one in content["peaks"].items()
     )
     head = ("sensor", "median", "50 %", "95 %")
     blocks.append(Table(head, rows, "Largest reading of each sensor.", frozenset({1, 2, 3})))
     if content["residual"]:
         rows = tuple(
-            (plain(name), quantity(one["q50"], one["unit"]), *(span(one[a], one[b], one["unit"]) for a, b in PAIRS))
+            (plain(name), reading(one["q50"], one["unit"]), *(_readings(one[a], one[b], one["unit"]) for a, b in PAIRS))
             for name, one in content["residual"].items()
         )
         caption = "Deflection at the end of the simulation: mean over its last 15 %, while the plate may still vibrate."
@@ -182,7 +189,11 @@ def _budget(content: Content) -> tuple[Block, ...]:
 
 def _rest(content: Content) -> tuple[Block, ...]:
     rows = tuple(
-        (one["name"], f"{one['probability']:.3f}", "; ".join(f"{k}: {v}" for k, v in one["effects"].items()) or "-")
+        (
+            in_words(one["name"]),
+            f"{one['probability']:.3f}",
+            "; ".join(f"{in_words(label)}: {how}" for label, how in one["effects"].items()) or "-",
+        )
         for one in content["explanations"]
     )
     counts = content["campaign"]

@@ -15,15 +15,18 @@ def rendered(
     subtitle: str,
     sections: Sequence[Section],
     switches: Sequence[Mapping[str, str]] = (),
+    simulated: str = "",
     beside: str = "",
 ) -> str:
-    """HTML text of a page; switches: of the curves that its figures can hide; beside: the file of `explore`."""
+    """HTML text of a page; switches: of the curves that its figures can hide; simulated: which of these curves are,
+    in words; beside: the file of `explore`."""
     version = installed("birdstrike")
     return page_template("birdstrike.reports.page", ".", "template.html.j2").render(
         title=title,
         subtitle=subtitle,
         sections=sections,
         switches=switches,
+        simulated=simulated,
         beside=beside,
         version=version,
         footer=f"Written by birdstrike {version} on {datetime.now(UTC):%Y-%m-%d %H:%M} UTC.",

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from birdstrike.data.formatting import listing, many
 from birdstrike.inversion.labels import in_words
 from birdstrike.inversion.results.diagnosis import Diagnosis
-from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
+from birdstrike.reports.figures.quantities import parameter_label, quantity, reading, significant, symbol, words
 from birdstrike.reports.results.measurement import (
     RecordPosition,
     named,
@@ -81,7 +81,7 @@ def error_text(results: InversionResults, method: str) -> str:
     for channel in results.channels:
         score = results.inversion.methods[method].channels[channel]
         rmse, share = score.verified_rmse, score.verified_relative
-        size = "unknown" if rmse is None or share is None else f"{quantity(rmse, score.unit)} ({percent(share)})"
+        size = "unknown" if rmse is None or share is None else f"{reading(rmse, score.unit)} ({percent(share)})"
         parts.append(f"{size} in {words(channel)}")
     return listing(parts)
 
@@ -92,7 +92,7 @@ def channel_error(results: InversionResults, method: str, channel: str) -> str:
     if score.verified_rmse is None or score.verified_relative is None:
         return f"an unknown amount in {words(channel)}"
     where = f" in {words(channel)}" if len(results.channels) > 1 else ""
-    return f"{quantity(score.verified_rmse, score.unit)} RMS{where}, {percent(score.verified_relative)} of the peak"
+    return f"{reading(score.verified_rmse, score.unit)} RMS{where}, {percent(score.verified_relative)} of the peak"
 
 
 def percent(share: float, digits: int = 2) -> str:
@@ -194,7 +194,7 @@ def _prior_texts(results: Results) -> str:
 def _worst_of(results: InversionResults, channel: str, method: str) -> str:
     """`0.39 mm in displacement centre at 1.34 ms (simulation below)`."""
     at, value = residual(results, channel, method).worst
-    side, size = "above" if value > 0 else "below", quantity(abs(value), results.record.units[channel])
+    side, size = "above" if value > 0 else "below", reading(abs(value), results.record.units[channel])
     return f"{size} in {words(channel)} at {quantity(at, 's')} (simulation {side})"
 
 
@@ -214,7 +214,7 @@ def worst_text(results: InversionResults, channel: str, method: str) -> str:
     """`0.39 mm at 1.34 ms, the simulation below the record in displacement centre`."""
     at, value = residual(results, channel, method).worst
     side = "above" if value > 0 else "below"
-    size = quantity(abs(value), results.record.units[channel])
+    size = reading(abs(value), results.record.units[channel])
     return f"{size} at {quantity(at, 's')}, the simulation {side} the record in {words(channel)}"
 
 
@@ -234,7 +234,7 @@ def prior_text(results: Results, channel: str) -> str:
 def _farthest(seen: RecordPosition, unit: str) -> str:
     """How far the record lies outside the simulations: `up to 0.41 mm above them at 1.34 ms`."""
     at, value = peak(seen.time, seen.excess)
-    return f"up to {quantity(abs(value), unit)} {'above' if value > 0 else 'below'} them at {quantity(at, 's')}"
+    return f"up to {reading(abs(value), unit)} {'above' if value > 0 else 'below'} them at {quantity(at, 's')}"
 
 
 def smooth_limit(results: CampaignResults) -> str:
@@ -255,14 +255,29 @@ def balance(results: CampaignResults) -> str:
     seconds = sum(float(entry["wall_s"]) for entry in results.summaries.values())
     failed = f", {len(results.failures)} more failed" if results.failures else ""
     used = f"Energy balance: {len(results.summaries)} simulations used{failed}"
-    cost = f"{seconds / 60:.2g} minutes of solver time."
+    cost = f"{_lasted(seconds)} of solver time."
     if energy is None or momentum is None:
         return f"{used}, {NO_BALANCE}; {cost}"
     return (
         f"{used}, worst energy error {percent(energy)} of "
         f"the initial normal kinetic energy ({worst_run(results, 'energy_error')}), worst momentum error "
-        f"{momentum:.0e} of the bird's momentum; {cost}"
+        f"{of_momentum(momentum)}; {cost}"
     )
+
+
+ROUNDING = 1e-9  # share of the bird's momentum up to which an error is one of floating-point numbers
+
+
+def of_momentum(error: float) -> str:
+    """`0.02 % of the bird's momentum`, or that an error is as small as rounding makes it."""
+    return f"{percent(error)} of the bird's momentum" if error > ROUNDING else "at the level of rounding"
+
+
+def _lasted(seconds: float) -> str:
+    """`28 s`, `4.6 minutes`, `3.2 hours`."""
+    if seconds < 60.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.2g} minutes" if seconds < 5940.0 else f"{seconds / 3600.0:.2g} hours"
 
 
 NO_BALANCE = "errors of energy and momentum not known: an external solver's are not read, look into its own output"

@@ -17,7 +17,7 @@ from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.observations.prior_predictive import ENVELOPE_SIGMAS
 from birdstrike.inversion.observations.reader import CLIPPED, SATURATED
 from birdstrike.inversion.results.ingredients import MeasuredFigures
-from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.figures.quantities import quantity, reading, words
 from birdstrike.reports.results.results import InversionResults, Results
 from birdstrike.solver.case.case import load_case
 
@@ -38,6 +38,16 @@ def origins(records: Sequence[Measured]) -> str:
     if len(set(every)) == 1:
         return every[0]
     return ", ".join(f"{name} {own}" for name, own in zip(shot_names(records), every, strict=True))
+
+
+def simulated_curves(records: Sequence[Measured]) -> str:
+    """Which curves of a page are simulated: `every curve but the record is simulated`."""
+    measured = [one for one in records if not one.simulated]
+    if not measured:
+        return "every curve is simulated, the record too" if len(records) == 1 else "every curve is simulated"
+    if len(measured) < len(records):
+        return "every curve but the measured records is simulated"
+    return f"every curve but the record{'s' if len(records) > 1 else ''} is simulated"
 
 
 def program_in(folder: Path) -> str:
@@ -146,7 +156,7 @@ class RecordPeak:
     def size(self) -> str:
         """`6.35 mm`, and `≥ 6.35 mm` of a clipped one."""
         side = "" if not self.clipped else "≥ " if self.value > 0.0 else "≤ "
-        return side + quantity(self.value, self.unit)
+        return side + reading(self.value, self.unit)
 
     @property
     def text(self) -> str:

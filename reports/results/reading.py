@@ -13,11 +13,11 @@ import numpy as np
 from birdstrike.data.columns import damaged, read_columns
 from birdstrike.data.curves import Measured, read_histories
 from birdstrike.data.errors import UserError
-from birdstrike.data.formatting import listing, plain, signed_ms
+from birdstrike.data.formatting import listing, plain, reading, signed_ms
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.storage.files import read_json
 from birdstrike.data.storage.store import RunStore
-from birdstrike.data.units import display
+from birdstrike.data.units import rounded
 from birdstrike.doe.campaign.folder import stored_case
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.inversion.observations.filters import ModelFilter
@@ -112,10 +112,10 @@ def _errors(answer: Answer, shot: ShotFigures) -> str:
     said: list[str] = []
     for channel, score in answer.channels.items():
         if channel.endswith(shot.suffix) and score.verified_rmse is not None:
-            number, unit = display(score.verified_rmse, score.unit)
-            share = "" if score.verified_relative is None else f" ({100 * score.verified_relative:.2g} % of the peak)"
+            share = score.verified_relative
+            of = "" if share is None else f" ({rounded(100 * share, 2)} % of the peak)"
             name = plain(channel.removesuffix(shot.suffix))
-            said.append(f"{number:.3g} {unit} RMS in {name}{share}".replace("  ", " "))
+            said.append(f"{reading(score.verified_rmse, score.unit)} RMS in {name}{of}")
     return listing(said) or "an unknown error"
 
 

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from birdstrike.data.curves import Measured
-from birdstrike.data.formatting import plain, quantity, span
+from birdstrike.data.formatting import plain, quantity, reading, span
 from birdstrike.data.histories import Histories
+from birdstrike.data.units import rounded
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
 from birdstrike.inversion.results.ingredients import MeasuredFigures
@@ -86,7 +87,7 @@ def _share(probability: float) -> str:
 
 
 def _error(value: float, ends: tuple[float, float]) -> str:
-    return f"{value:.3g} ({ends[0]:.3g} .. {ends[1]:.3g})"
+    return f"{rounded(value, 3)} ({rounded(ends[0], 3)} .. {rounded(ends[1], 3)})"
 
 
 def constants_section(results: ModelsResults) -> Section:
@@ -170,7 +171,7 @@ def curves_section(results: ModelsResults) -> Section:
 def _of_record(figures: MeasuredFigures, channels: Mapping[str, str]) -> str:
     """What was done to the record before it was compared; channels: name -> SI unit."""
     zeros = [
-        f"{plain(name)} reads {quantity(figures.at_rest[name].value, unit, 2)} at rest, which is subtracted"
+        f"{plain(name)} reads {reading(figures.at_rest[name].value, unit, 2)} at rest, which is subtracted"
         for name, unit in channels.items()
         if name in figures.at_rest
     ]

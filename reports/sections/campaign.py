@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from birdstrike.data.units import rounded
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.reports.blocks import Picture, Section, Table, drawing
 from birdstrike.reports.figures.design import design_figure
 from birdstrike.reports.figures.quantities import symbol
-from birdstrike.reports.results.findings import smooth_limit
+from birdstrike.reports.results.findings import ROUNDING, smooth_limit
 from birdstrike.reports.results.results import CampaignResults, Results
 from birdstrike.surrogate.features import FEATURES, LIMIT
 
@@ -62,7 +63,7 @@ def _kind(results: CampaignResults) -> str:
 
 
 def _figure(value: float | None) -> str:
-    return "–" if value is None else f"{value:.3g}"
+    return "–" if value is None else rounded(value if abs(value) > ROUNDING else 0.0, 3)
 
 
 def _projections(results: CampaignResults) -> Picture:

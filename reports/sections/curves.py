@@ -14,7 +14,7 @@ from birdstrike.inversion.results.ingredients import MeasuredFigures
 from birdstrike.reports.blocks import Picture, Section, drawing
 from birdstrike.reports.figures.curves import RecordCurve, VerifiedCurve, comparison_figure
 from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
-from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.figures.quantities import quantity, reading, words
 from birdstrike.reports.results.findings import channel_error, offset_text, prior_text, worst_text
 from birdstrike.reports.results.measurement import origin, origins, peak, peak_of, record_peak, record_position
 from birdstrike.reports.results.results import InversionResults, Results
@@ -108,13 +108,13 @@ def _comparison_caption(results: InversionResults, channel: str) -> str:
         run = results.verified[method]
         at, value = peak(run.time + results.offset, run.channels[channel], top.side)
         parts.append(
-            f"{method.capitalize()} (simulated): peak {quantity(value, unit)} at {quantity(at, 's')}; "
+            f"{method.capitalize()} (simulated): peak {reading(value, unit)} at {quantity(at, 's')}; "
             f"{channel_error(results, method, channel)}; largest residual {worst_text(results, channel, method)}."
         )
     clocks = offset_text(results)
     parts.append(f"{clocks[0].upper()}{clocks[1:]}. Below: simulated minus record. Triangles: simulated peaks.")
     measured = results.inversion.measured
-    size = f"{quantity(measured.noise[channel], unit, 2)} ({measured.noise_source[channel]})"
+    size = f"{reading(measured.noise[channel], unit, 2)} ({measured.noise_source[channel]})"
     parts += [results.filter_text] if results.filter_text else []
     known = f"Grey band: two standard deviations of the record's noise, {size}."
     unknown = f"No noise is stated for the record, so no band is drawn; {size} was used."

@@ -13,13 +13,14 @@ import pandas as pd
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import listing, plain
 from birdstrike.data.formatting import quantity as with_unit
+from birdstrike.data.units import rounded
 from birdstrike.inversion.labels import in_words, runs_near_the_fits
 from birdstrike.inversion.results.diagnosis import Diagnosis, EffectFigures, ShotStates
 from birdstrike.inversion.results.diagnosis_files import curve_files, read_curves
 from birdstrike.inversion.results.diagnosis_text import beyond, next_step
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.diagnosis import curves_figure, probability_figure, residual_figure
-from birdstrike.reports.figures.quantities import quantity, signed_quantity
+from birdstrike.reports.figures.quantities import probability_text, reading, signed_quantity
 from birdstrike.reports.results.measurement import program_in
 from birdstrike.reports.sections.summary import signed
 from birdstrike.solver.case.effects import SHOWN, shown
@@ -56,18 +57,18 @@ def verdict_section(results: DiagnosisResults) -> Section:
     found = results.found
     blocks: list[Block] = [Paragraph(found.conclusion), Paragraph(f"What to do: {next_step(found)}.")]
     likely = (
-        "Left: how likely each model is, by family; full colour: the 95 % set. The sentence counts an effect alone and "
-        "in pairs. Beforehand it is as likely as not that nothing is missing, and the other half is shared equally "
-        "among families and their effects. Right: the "
-        "smallest error of the simulation, as a share of the signal's peak, with which the model agrees with the "
-        "record: enough for what the model leaves unexplained, and for no other model to be clearly likelier. A model "
-        "that needs more than a sound simulation errs by (1 to 3 %) is not believable."
+        "Left: how likely each model is, its family in brackets; full colour: the 95 % set. The sentence counts an "
+        "effect alone and in pairs. Beforehand it is as likely as not that nothing is missing, and the other half is "
+        "shared equally among families and their effects. Right: the smallest error of the simulation, as a share of "
+        "the signal's peak, with which the model agrees with the record: enough for what the model leaves unexplained, "
+        "and for no other model to be clearly likelier. A model that needs more than a sound simulation errs by (1 to "
+        "3 %) is not believable."
     )
     blocks.append(drawing("probabilities", probability_figure(found), likely))
     left = (
         f"What the calibrated model{', before and after the likeliest effect is added,' if found.after else ''} "
         f"leaves of the record{', less what it leaves of the baseline' if found.baseline else ''}. A residual "
-        "inside the blue band is what noise, mesh and the usual error of a simulation make. The alarm weighs all "
+        "inside the pale band is what noise, mesh and the usual error of a simulation make. The alarm weighs all "
         "shots, sensors and instants together: it may be raised where every curve lies inside its band."
     )
     for shot in found.shots:
@@ -120,7 +121,7 @@ def _errors(shot: ShotStates, units: Mapping[str, str]) -> Table:
     states, runs = [vars(one) for one in found], [one.solver for one in found]
     for key, words in (("rmse", ""), ("rmse_less_baseline", ", less the baseline's")):
         for name in states[0][key] or {}:
-            cells = (quantity(one[key][name], units[name]) if one and one[key] else "–" for one in (*states, *runs))
+            cells = (reading(one[key][name], units[name]) if one and one[key] else "–" for one in (*states, *runs))
             rows.append((f"{name.replace('_', ' ')}{words}", *cells))
     for key, words in (("raw", "all, over the noise"), ("weighted", "all, over all errors")):
         rows.append((words, *(two(one[key]) for one in states), *(two(one[key] if one else None) for one in runs)))
@@ -222,7 +223,7 @@ def basis_section(results: DiagnosisResults) -> Section:
     noise = tuple(
         (
             name.replace("_", " "),
-            with_unit(entry["sigma"], units[name], 2),
+            reading(entry["sigma"], units[name], 2),
             entry["source"],
             str(entry["points"]),
             f"{100 * entry['numerical_share']:.0f} %",
@@ -269,7 +270,7 @@ def _model_error(found: Diagnosis) -> str:
 def _baseline(base: Mapping[str, Any], units: Mapping[str, str]) -> str:
     """The model error that the baselines show."""
     rms = ", ".join(
-        f"{name.replace('_', ' ')} {with_unit(value, units[name])}"
+        f"{name.replace('_', ' ')} {reading(value, units[name])}"
         for name, value in base["residual_rms"].items()
         if name in units
     )
@@ -299,7 +300,7 @@ def _bird(base: Mapping[str, Any]) -> str:
         if stated
         else f"Nothing was stated of {its}, so that three possibilities are weighed, equally likely beforehand"
     )
-    shares = "; ".join(f"{BIRDS[name]}: {share:.2f}" for name, share in bird["records"].items())
+    shares = "; ".join(f"{BIRDS[name]}: {probability_text(share)}" for name, share in bird["records"].items())
     verdict = "; they contradict what was stated" if bird["contradicted"] else ""
     return f" {assumed}. By the records alone, with the models averaged: {shares}{verdict}."
 
@@ -307,7 +308,7 @@ def _bird(base: Mapping[str, Any]) -> str:
 def _late(found: Diagnosis, name: str) -> str:
     """From when on a channel carries no information."""
     time = found.discrepancy["growth"].get(name, {}).get("uninformative_from")
-    return "–" if time is None else f"{1e3 * time:.2g} ms"
+    return "–" if time is None else f"{rounded(1e3 * time, 2)} ms"
 
 
 def two(value: float | None) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from birdstrike.data.formatting import many
 from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.figures.quantities import significant
-from birdstrike.reports.results.findings import NO_BALANCE, largest, percent
+from birdstrike.reports.results.findings import NO_BALANCE, ROUNDING, largest, of_momentum, percent
 from birdstrike.reports.results.results import CampaignResults, Results, RunSummary
 
 LIMIT_ENERGY = 0.01  # of the initial normal kinetic energy
@@ -35,7 +35,7 @@ def _worst(every: Mapping[str, RunSummary]) -> str:
     return (
         f"Worst energy error {percent(energy)} of the bird's "
         f"initial kinetic energy normal to the plate ({counted(above)} above {percent(LIMIT_ENERGY)}), worst momentum "
-        f"error {momentum:.1e} of the bird's initial momentum. Every term is integrated from its own rate; none is the "
+        f"error {of_momentum(momentum)}. Every term is integrated from its own rate; none is the "
         "difference of the others."
     )
 
@@ -50,11 +50,19 @@ def _table(results: CampaignResults) -> Table:
     head = ("simulation", *balance, "steps", "time [s]")
     rows = tuple((label, *_row(summary)) for label, summary in results.every_summary.items())
     caption = (
-        "Energy error: of the initial normal kinetic energy; momentum error: of the bird's initial "
-        "momentum; hourglass: energy of the plate's hourglass control over its internal energy; shock viscosity: the "
-        "MU that would have dissipated what the artificial viscosity did; eroded: particles; time: wall clock."
+        "Energy error: of the initial normal kinetic energy; momentum error: of the bird's initial momentum (< 10⁻⁷ %: "
+        "of rounding alone); hourglass: energy of the plate's hourglass control over its internal energy; shock "
+        "viscosity: the MU that would have dissipated what the artificial viscosity did; eroded: particles; time: wall "
+        "clock."
     )
     return Table(head, rows, caption, frozenset(range(1, len(head))))
+
+
+def _momentum(error: float | None) -> str:
+    """An error as a share; of one that is of floating-point numbers alone the limit."""
+    if error is None:
+        return "–"
+    return percent(error) if abs(error) > ROUNDING else "< 10⁻⁷ %"
 
 
 def _row(summary: RunSummary) -> tuple[str, ...]:
@@ -64,7 +72,7 @@ def _row(summary: RunSummary) -> tuple[str, ...]:
     energy, momentum = summary.get("energy_error"), summary.get("momentum_error")
     return (
         "–" if energy is None else f"{100 * energy:+.2f} %".replace("-", "−"),
-        "–" if momentum is None else f"{momentum:.1e}",
+        _momentum(momentum),
         percent(hourglass / internal) if hourglass is not None and internal else "–",
         "–" if viscosity is None else significant(viscosity),
         f"{summary['eroded_particles']} of {summary['particles']}" if "particles" in summary else "–",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from birdstrike.data.units import rounded
+from birdstrike.inversion.observations.prior_predictive import POOR_Q2
 from birdstrike.inversion.results.identifiability import IdentifiabilityFigures, PosteriorFigures
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing, photograph
 from birdstrike.reports.figures.posterior import corner_figure, sobol_figure
@@ -22,12 +24,21 @@ def section(results: InversionResults) -> Section:
             caption = (
                 f"Which parameter's range makes {words(channel)} vary, and when: total Sobol indices by the emulator. "
                 "They add up to more than 1 where parameters act together; a single one above 1 is scatter of the "
-                "estimate."
+                f"estimate.{_of_a_poor_emulator(results, channel)}"
             )
             blocks.append(drawing(f"sobol-{channel}", sobol_figure(indices.times, indices.total), caption))
     if not blocks:
         blocks.append(Paragraph("Neither posterior nor identifiability was asked for: the intervals are linearised."))
     return Section("identifiability", "Identifiability of the parameters", tuple(blocks))
+
+
+def _of_a_poor_emulator(results: InversionResults, channel: str) -> str:
+    """Whether the indices of a channel are those of an emulator that hardly follows the simulations."""
+    q2 = results.inversion.emulator.q2.get(channel)
+    if q2 is not None and q2 > POOR_Q2:
+        return ""
+    known = "unknown" if q2 is None else f"{q2:.2f}"
+    return f" The emulator predicts this sensor poorly (leave-one-out Q² {known}): the simulations may say otherwise."
 
 
 def _corner(results: InversionResults, posterior: PosteriorFigures) -> Block:
@@ -36,13 +47,14 @@ def _corner(results: InversionResults, posterior: PosteriorFigures) -> Block:
     figure = corner_figure(
         {name: draws[name] for name in posterior.names}, units, posterior.most_probable, results.inversion.logarithmic
     )
-    worst = max((value for value in posterior.rhat.values() if value is not None), default=float("nan"))
+    worst = max((value for value in posterior.rhat.values() if value is not None), default=None)
+    settled = "R-hat not known" if worst is None else f"R-hat at most {worst:.3f}"
     contraction = ", ".join(
         f"{symbol(name, posterior.names)} {100 * value:.0f} %" for name, value in posterior.contraction.items()
     )
     caption = (
         f"Posterior by the emulator: histograms of each parameter and pair, red: the most probable point. "
-        f"{posterior.steps} steps, R-hat at most {worst:.3f}, {min(posterior.effective.values()):.0f} effective draws "
+        f"{posterior.steps} steps, {settled}, {min(posterior.effective.values()):.0f} effective draws "
         f"or more. Reduction of the prior's variance: {contraction}."
     )
     return photograph("posterior", figure, caption, "Corner plot of the posterior's draws")
@@ -50,7 +62,7 @@ def _corner(results: InversionResults, posterior: PosteriorFigures) -> Block:
 
 def _directions(figures: IdentifiabilityFigures) -> Table:
     rows = tuple(
-        (direction.words, f"{direction.strength:.2g}", "no" if direction.null else "yes")
+        (direction.words, rounded(direction.strength, 2), "no" if direction.null else "yes")
         for direction in figures.directions
     )
     caption = (

@@ -13,7 +13,7 @@ from birdstrike.reports.comparison.end_state import impulse, sensor_of_kind
 from birdstrike.reports.comparison.models import STANDARD
 from birdstrike.reports.figures.load_cells import load_cells_figure
 from birdstrike.reports.figures.models import RUNNING, ModelCurve, models_figure
-from birdstrike.reports.figures.quantities import quantity, shown_span, significant, words
+from birdstrike.reports.figures.quantities import quantity, reading, shown_span, significant, words
 from birdstrike.reports.results.findings import percent
 from birdstrike.reports.results.measurement import origin, peak, record_peak
 from birdstrike.reports.results.results import Model, Results
@@ -126,7 +126,7 @@ def ranking(results: Results) -> str:
     found = {m: s for (m, c), s in scores(results).items() if c == channel}
     unit = results.record.units[channel]
     parts = [
-        f"{results.models[key].title} {quantity(found[key].rms, unit)} ({percent(found[key].share)} of the peak)"
+        f"{results.models[key].title} {reading(found[key].rms, unit)} ({percent(found[key].share)} of the peak)"
         for key in sorted(found, key=lambda key: found[key].rms)
     ]
     others = " The table has the other sensors." if len(results.channels) > 1 else ""
@@ -149,7 +149,7 @@ def _figure(results: Results, channel: str) -> Picture:
     if recorded:
         record = record_curve(results, channel)
     ends = [float(curve.time[-1]) for curve in curves]
-    span = shown_span(results.record.time) if recorded else (0.0, min(ends))
+    span = shown_span(results.record.time, max(ends)) if recorded else (0.0, min(ends))
     momentum = results.case.bird.actual_mass * results.case.normal_speed
     figure = models_figure(channel, unit, curves, record, momentum, span)
     return drawing(f"models-{channel}", figure, _caption(results, channel, curves, momentum))
@@ -178,7 +178,7 @@ def _caption(results: Results, channel: str, curves: list[ModelCurve], momentum:
     side = record_peak(results, channel).side if channel in results.channels else 0.0
     for curve in curves:
         at, top = peak(curve.time, curve.values, side)
-        text = f"{curve.title} {quantity(top, unit)} at {quantity(at, 's')}"
+        text = f"{curve.title} {reading(top, unit)} at {quantity(at, 's')}"
         if curve.impulse is not None:
             given = float(curve.impulse[-1])
             text += f", impulse {significant(given)} N s ({percent(given / momentum, 3)} of the bird's normal momentum)"
@@ -191,7 +191,7 @@ def _caption(results: Results, channel: str, curves: list[ModelCurve], momentum:
         text += f" The record ({origin(results.record)}) has its peak of {record_peak(results, channel).text}; below: "
         text += "simulated minus record."
         if band is not None:
-            text += f" Grey: ±2σ of the record's noise ({quantity(2 * float(np.max(band)), unit, 2)})."
+            text += f" Grey: ±2σ of the record's noise ({reading(2 * float(np.max(band)), unit, 2)})."
     else:
         text += " The record has no such channel."
     return text

@@ -8,11 +8,20 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.formatting import listing
+from birdstrike.data.units import rounded
 from birdstrike.reports.blocks import Table
 from birdstrike.reports.comparison.end_state import impulse, penetration, residual_deflection, sensor_of_kind
 from birdstrike.reports.comparison.iso18571 import SAMPLES
 from birdstrike.reports.comparison.scores import Score, score
-from birdstrike.reports.figures.quantities import bound, quantity, signed_quantity, significant, words
+from birdstrike.reports.figures.quantities import (
+    bound,
+    quantity,
+    reading,
+    signed_quantity,
+    signed_reading,
+    significant,
+    words,
+)
 from birdstrike.reports.results.findings import percent
 from birdstrike.reports.results.measurement import hidden_peaks, origin, record_peak
 from birdstrike.reports.results.results import Model, Results
@@ -91,9 +100,9 @@ def _errors(results: Results, model: Model, channel: str, entry: Score) -> tuple
     rating, clipped = entry.rating, record_peak(results, channel).clipped
     return (
         name,
-        quantity(entry.rms, unit),
+        reading(entry.rms, unit),
         percent(entry.share),
-        NONE if clipped else f"{signed_quantity(entry.peak, unit)} ({_signed_share(entry.peak_share)})",
+        NONE if clipped else f"{signed_reading(entry.peak, unit)} ({_signed_share(entry.peak_share)})",
         NONE if clipped else signed_quantity(entry.peak_time, "s"),
         NONE if entry.magnitude is None else _signed_share(entry.magnitude),
         NONE if entry.phase is None else percent(entry.phase),
@@ -127,8 +136,8 @@ def end_state_table(results: Results) -> Table:
             reasons.setdefault(found[1], []).append(model.title)
     caption = (
         f"State at the end of the simulations, {quantity(results.case.time.end, 's')}. Shares "
-        f"are of the bird's normal momentum, {momentum:.3g} N s. Residual deflection: 0 where the plate never yielded, "
-        "else the mean over the plate's last period once the bird has left"
+        f"are of the bird's normal momentum, {rounded(momentum, 3)} N s. Residual deflection: 0 where the plate never "
+        "yielded, else the mean over the plate's last period once the bird has left"
         + "".join(f"; – : {listing(titles)}, {reason}" for reason, titles in reasons.items())
         + "."
     )

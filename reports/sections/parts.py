@@ -6,7 +6,7 @@ import numpy as np
 
 from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Warnings, drawing
 from birdstrike.reports.figures.prior_predictive import campaign_figure
-from birdstrike.reports.figures.quantities import parameter_label, quantity, words
+from birdstrike.reports.figures.quantities import parameter_label, quantity, reading, words
 from birdstrike.reports.results.findings import balance, identified, verified
 from birdstrike.reports.results.measurement import origin, peak, short_name
 from birdstrike.reports.results.parts import Parts
@@ -42,7 +42,7 @@ def _peaks(results: CampaignResults, channel: str) -> str:
     dataset = results.dataset
     tops = np.array([peak(dataset.time, curve)[1] for curve in dataset.curves[channel]])
     unit = dataset.channel_units[channel]
-    return f"{words(channel)} {quantity(float(tops.min()), unit)} to {quantity(float(tops.max()), unit)}"
+    return f"{words(channel)} {reading(float(tops.min()), unit)} to {reading(float(tops.max()), unit)}"
 
 
 def campaign_section(results: CampaignResults) -> Section:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,14 +18,20 @@ from birdstrike.reports.figures.views import Scene, nearest, push_direction
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections.animation import animation
 from birdstrike.solver.build import aimed_at, rest_mesh
+from birdstrike.solver.case.struck import Plane
 
+ASLANT = (
+    "The struck part lies aslant in space. The pictures are drawn along it: x and y lie in its plane, from the point "
+    "that is struck, and heights are along its normal."
+)
 SHAPES = (0.25, 0.5, 0.75, 1.0)  # of the time from contact to the end, where the case names no snapshots
 
 
 def section(results: Results) -> Section:
     """Animation, stresses, shapes; or why there are none."""
     seen = {model.title: model.run.snapshots for model in results.models.values() if model.run is not None}
-    seen = {title: snapshots for title, snapshots in seen.items() if snapshots}
+    plane = results.case.struck_plane
+    seen = {title: along_plate(snapshots, plane) for title, snapshots in seen.items() if snapshots}
     if not seen:
         blocks: tuple[Block, ...] = (
             Paragraph("There is no picture of the impact: no simulation with snapshots is at hand."),
@@ -33,20 +40,37 @@ def section(results: Results) -> Section:
     scene = _scene(results, next(iter(seen.values())))
     keys = {model.title: model.key for model in results.models.values()}
     moving = animation(results, seen, keys, scene) if min(map(len, seen.values())) > 4 else None
-    blocks = (*([moving] if moving else []), _stress(results, seen, scene), _shapes(results, seen, scene))
+    blocks = (
+        *([] if plane is None else [Paragraph(ASLANT)]),
+        *([moving] if moving else []),
+        _stress(results, seen, scene),
+        _shapes(results, seen, scene),
+    )
     return Section("pictures", "The impact in pictures", blocks)
 
 
+def along_plate(snapshots: Sequence[Snapshot], plane: Plane | None) -> tuple[Snapshot, ...]:
+    """The snapshots in the axes of the plane that is struck, from its point; of one at z = 0 as they are."""
+    if plane is None:
+        return tuple(snapshots)
+    return tuple(
+        replace(s, particles=plane.seen(s.particles), nodes=plane.seen(s.nodes), velocity=s.velocity @ plane.axes.T)
+        for s in snapshots
+    )
+
+
 def _scene(results: Results, snapshots: Sequence[Snapshot]) -> Scene:
+    """snapshots: as `along_plate` has them."""
     bird, plate = results.case.bird, results.case.plate
     spacing = (bird.volume / len(snapshots[0].particles)) ** (1.0 / 3.0)
     mesh, target = rest_mesh(results.case), results.case.target
     thick = plate.thickness if target is None else {name: part.thickness for name, part in target.parts.items()}
-    middle = float(aimed_at(results.case)[1])
+    resting, aim, plane = mesh.nodes, aimed_at(results.case), results.case.struck_plane
+    if plane is not None:
+        resting, aim = plane.seen(resting), plane.seen(aim)
     up = -push_direction(snapshots)
-    plane = results.case.struck_plane
-    x, y, z = (0.0, 0.0, -up) if plane is None else (-plane.normal).tolist()
-    return Scene(mesh.nodes, plate.thickness, spacing, up, Sheets.of(mesh, thick), middle, (x, y, z))
+    sheets = Sheets.of(mesh, thick)
+    return Scene(resting, plate.thickness, spacing, up, sheets, float(aim[1]), (0.0, 0.0, -up))
 
 
 def _stress(results: Results, seen: dict[str, tuple[Snapshot, ...]], scene: Scene) -> Picture:

@@ -8,7 +8,7 @@ from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.reader import OUTSIDE
 from birdstrike.reports.blocks import Picture, Section, drawing
-from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.figures.quantities import quantity, reading, words
 from birdstrike.reports.figures.record import DrawnChannel, record_figure
 from birdstrike.reports.results.results import Results
 
@@ -61,10 +61,8 @@ def _caption(results: Results, drawn: DrawnChannel) -> str:
     if (rest := measured.at_rest.get(drawn.name)) is not None:
         low, high = rest.interval_95
         parts.append(
-            f"The reading at rest ({rest.kind}) was subtracted: {quantity(rest.value, drawn.unit)} before contact "
-            f"(95 %: {quantity(low, drawn.unit, 4)} .. {quantity(high, drawn.unit, 4)})."
+            f"The reading at rest ({rest.kind}) was subtracted: {reading(rest.value, drawn.unit)} before contact "
+            f"(95 %: {reading(low, drawn.unit, 4)} .. {reading(high, drawn.unit, 4)})."
         )
-    parts.append(
-        f"Band: two standard deviations of the noise, {quantity(drawn.noise, drawn.unit, 2)} ({drawn.source})."
-    )
+    parts.append(f"Band: two standard deviations of the noise, {reading(drawn.noise, drawn.unit, 2)} ({drawn.source}).")
     return " ".join(parts)

@@ -7,9 +7,10 @@ from collections.abc import Iterable
 
 from matplotlib.figure import Figure
 
-from birdstrike.data.units import display
+from birdstrike.data.formatting import many
+from birdstrike.data.units import display, rounded
 from birdstrike.reports.blocks import Picture, Section, Table, drawing, photograph
-from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.figures.quantities import quantity, reading, words
 from birdstrike.reports.figures.setup import SetUp, setup_figure
 from birdstrike.reports.figures.target import drawn_target, target_figure
 from birdstrike.reports.results.measurement import origin, short_name
@@ -52,7 +53,7 @@ def _in_one_plane(case: Case) -> bool:
 def _sketch(case: Case) -> Picture:
     if not _in_one_plane(case):
         shown = drawn_target(case)
-        told = f"parts {', '.join(shown.names)}; {len(shown.sensors)} sensors; bird above the struck side"
+        told = f"parts {', '.join(shown.names)}; {many(len(shown.sensors), 'sensor')}; bird above the struck side"
         return photograph("setup", target_figure(shown), _caption(case), told)
     return drawing("setup", setup_figure(drawn(case)), _caption(case))
 
@@ -128,7 +129,7 @@ def _instrument(one: Instrument, unit: str) -> str:
         f"bandwidth {1e-3 * one.bandwidth:.4g} kHz" if one.bandwidth is not None else "",
         f"gain {one.gain:.4g}" if one.gain != 1.0 else "",
         f"time offset {quantity(one.time_offset, 's')}" if one.time_offset else "",
-        f"drift {one.drift:.3g} {unit}/s" if one.drift else "",
+        f"drift {reading(1e-3 * one.drift, unit)}/ms" if one.drift else "",
     ]
     return ", ".join(filter(None, said)) or "ideal"
 
@@ -181,7 +182,7 @@ def _bird(case: Case) -> tuple[tuple[str, str], ...]:
             f"{model_of(material)}, {pieces_of(bird)} requested",
         ),
         ("speed", f"{quantity(case.impact.speed, 'm/s')}, of which {quantity(case.normal_speed, 'm/s')} normal"),
-        ("momentum", f"{momentum:.3g} N s normal to the plate"),
+        ("momentum", f"{rounded(momentum, 3)} N s normal to the plate"),
         ("simulated time", quantity(case.time.end, "s")),
     )
 
@@ -203,7 +204,7 @@ def model_of(material: BirdMaterial) -> str:
 def _record(results: Results) -> tuple[tuple[str, str], ...]:
     record, noise = results.record, results.inversion.measured
     sizes = (
-        f"{words(name)} {quantity(size, record.units[name], 2)} ({noise.noise_source[name]})"
+        f"{words(name)} {reading(size, record.units[name], 2)} ({noise.noise_source[name]})"
         for name, size in noise.noise.items()
     )
     return (

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from birdstrike.data.units import rounded
 from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings
 from birdstrike.reports.comparison.scores import same_side
-from birdstrike.reports.figures.quantities import quantity, signed_quantity, words
+from birdstrike.reports.figures.quantities import reading, signed_quantity, words
 from birdstrike.reports.results.findings import findings, percent
 from birdstrike.reports.results.measurement import hidden_peaks, origin, record_peak
 from birdstrike.reports.results.results import InversionResults, Results
@@ -43,7 +44,7 @@ def _better(results: InversionResults) -> str:
     sizes = [size for name in results.finished if (size := methods[name].verified_misfit) is not None]
     if len(sizes) < len(results.finished):  # a folder of an earlier version
         return told
-    first, *others = (f"{size:.2g}" for size in sizes)
+    first, *others = (rounded(size, 2) for size in sizes)
     compared = " and ".join(f"the {m}'s {size}" for m, size in zip(results.finished[1:], others, strict=True))
     return (
         f"{told}: over noise (of a channel that the emulator predicts poorly, over that and the emulator's error) its "
@@ -88,4 +89,4 @@ def signed(number: float, unit: str) -> str:
 
 
 def _known(value: float | None, unit: str) -> str:
-    return "–" if value is None else quantity(value, unit)
+    return "–" if value is None else reading(value, unit)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from birdstrike.inversion.results.ingredients import TrainingFigures
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
-from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.figures.quantities import reading, words
 from birdstrike.reports.figures.training import hidden_size_figure, training_figure
 from birdstrike.reports.results.results import InversionResults
 
@@ -69,7 +69,7 @@ def _emulator(results: InversionResults) -> Table:
             words(channel),
             str(components),
             _known(figures.q2[channel]),
-            quantity(figures.loo_rmse[channel], units[channel]),
+            reading(figures.loo_rmse[channel], units[channel]),
             _known(figures.standardised_rms[channel]),
         )
         for channel, components in figures.components.items()

@@ -21,7 +21,7 @@ from birdstrike.solver.fields import checked, complaint, each_of
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS
 
 SHOWN = {"m": "mm", "s": "ms", "Pa": "MPa", "rad": "deg", "kg": "kg", "m/s": "m/s", "1/s": "1/s", "": ""}
-SHOWN |= {"rad/N": "mrad/kN", "m^2/N": "mm^2/kN"}
+SHOWN |= {"rad/N": "mrad/kN", "m^2/N": "mm²/kN", "kg/m^3": "kg/m³"}
 """SI unit of a magnitude -> the unit in which engineers write it."""
 NARROW = 1e-4  # share of a limit up to which it is looked for
 MOST = 80  # cases that are tried for it

@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
-from birdstrike.data.formatting import fewest_decimals, instant, listing, signed_ms, span
+from birdstrike.data.formatting import fewest_decimals, instant, listing, quantity, reading, signed_ms, span
+from birdstrike.data.units import to_si
+from birdstrike.reports.figures.quantities import bound
+from birdstrike.reports.figures.quantities import quantity as page_quantity
 
 
 def test_an_interval_has_as_many_digits_as_its_ends_need() -> None:
     assert span(555.4, 643.2, "Pa s") == "555 .. 643 Pa s"
     assert span(1596.6, 1602.8, "m/s") == "1597 .. 1603 m/s"
     assert span(1600.0, 1600.0, "m/s") == "1600 .. 1600 m/s"
+
+
+def test_a_strain_is_shown_in_microstrain_and_a_pure_number_as_it_is_written() -> None:
+    """Strains stood in sentences and on axes as bare ratios: `0.00501`."""
+    assert [reading(value, "", 3) for value in (0.00501, -3.2e-5)] == ["5010 µm/m", "-32 µm/m"]
+    assert to_si(reading(0.00501, ""), "") == 0.00501, "what is shown can be typed"
+    assert quantity(0.2, "") == "0.2", "a failure strain, a gain"
+    assert [quantity(-0.0, "m"), page_quantity(-0.0, "m"), bound(-0.0, "Pa")] == ["0 mm", "0 mm", "0 MPa"]
+    assert [quantity(938.0, "kg/m^3"), to_si("938 kg/m³", "kg/m^3")] == ["938 kg/m³", 938.0]
 
 
 def test_a_shift_of_a_clock_has_the_digits_that_tell_it_from_nothing() -> None:

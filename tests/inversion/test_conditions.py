@@ -57,13 +57,13 @@ def test_a_mesh_that_stands_elsewhere_is_the_same_structure(learnt: Case, tmp_pa
 
 
 def test_another_prior_of_a_sought_parameter_is_named(learnt: Case) -> None:
-    """Both cases were said to seek "900 .. 1000 kg/m^3 (linear)"."""
+    """Both cases were said to seek "900 .. 1000 kg/m³ (linear)"."""
     sought = {"range": ["900 kg/m^3", "1000 kg/m^3"]}
     known = sought | {"prior": {"mean": "938.2 kg/m^3", "sd": "3 kg/m^3"}}
     first, other = (learnt.overlaid({"inversion": {"parameters": {"bird.density": one}}}) for one in (sought, known))
     (said,) = apart(other, first)
-    assert "is 900 .. 1000 kg/m^3 (linear), prior 938.2 kg/m^3 ± 3 kg/m^3 in case" in said
-    assert "and 900 .. 1000 kg/m^3 (linear) in case" in said
+    assert "is 900 .. 1000 kg/m³ (linear), prior 938.2 kg/m³ ± 3 kg/m³ in case" in said
+    assert "and 900 .. 1000 kg/m³ (linear) in case" in said
 
 
 def test_what_differs_of_a_target_is_named(learnt: Case, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from scipy.stats import norm, truncnorm
 
 from birdstrike.data.formatting import plain, quantity, span
 from birdstrike.data.histories import Array
+from birdstrike.data.units import rounded
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.doe.solvers import simulated_by
 from birdstrike.inversion.diagnosis.conclusions.alarm import absorbed, biases, collinear
@@ -37,7 +38,7 @@ from birdstrike.inversion.diagnosis.preparation.shots import Shot, setups_of, un
 from birdstrike.inversion.estimation.answers.estimates import reported
 from birdstrike.inversion.estimation.mesh_correction import shells_of_a_file, unrefined_file
 from birdstrike.inversion.estimation.prior import conflicts, identified
-from birdstrike.inversion.labels import label_parts
+from birdstrike.inversion.labels import in_words, label_parts
 from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.diagnosis import (
     AMBIGUOUS,
@@ -418,8 +419,8 @@ def too_close(ranking: Ranking, chosen: str | None, ahead: float) -> list[str]:
     if chosen is None or ranking.presence[chosen] < LEVEL or ahead >= SIMULATION_SCATTER:
         return []
     return [
-        f"{chosen} is likeliest, but only by {ahead:.1f} in log evidence, which other simulations of the same "
-        f"effects could move by {SIMULATION_SCATTER:g}: nothing is attributed; diagnose again with another "
+        f"{in_words(chosen)} is likeliest, but only by {ahead:.1f} in log evidence, which other simulations of the "
+        f"same effects could move by {SIMULATION_SCATTER:g}: nothing is attributed; diagnose again with another "
         "--seed, add a shot or a sensor, and trust the name that stays"
     ]
 
@@ -430,14 +431,14 @@ def at_search_limit(ranking: Ranking, effect: str) -> list[str]:
         return []
     if is_fault(ranking, effect):
         return [
-            f"{effect}: the magnitude reaches the largest that was looked at, which is more than a sound instrument "
-            "does, so that it is not attributed: a sensor that died, or something that is not in the library, looks "
-            "like it; check the sensor, or leave it out (--channels)"
+            f"{in_words(effect)}: the magnitude reaches the largest that was looked at, which is more than a sound "
+            "instrument does, so that it is not attributed: a sensor that died, or something that is not in the "
+            "library, looks like it; check the sensor, or leave it out (--channels)"
         ]
     return [
-        f"{effect}: the magnitude reaches the largest that was looked at: the true one may be larger, and only the end "
-        "of its interval towards 0 is known; or something that is not in the library looks like it; measure this "
-        "quantity at the rig"
+        f"{in_words(effect)}: the magnitude reaches the largest that was looked at: the true one may be larger, and "
+        "only the end of its interval towards 0 is known; or something that is not in the library looks like it; "
+        "measure this quantity at the rig"
     ]
 
 
@@ -453,8 +454,8 @@ def not_explained(ranking: Ranking, effect: str, shots: Sequence[Shot]) -> list[
     if left <= MISFIT_ATTRIBUTED:
         return []
     return [
-        f"{effect} is likeliest, but with it the residual is still {left:.2g} times all errors together: nothing is "
-        "attributed; look at the curves for what it leaves"
+        f"{in_words(effect)} is likeliest, but with it the residual is still {rounded(left, 2)} times all errors "
+        "together: nothing is attributed; look at the curves for what it leaves"
     ]
 
 
@@ -463,9 +464,9 @@ def predicts_no_better(ranking: Ranking, effect: str, held: Mapping[str, Sequenc
     if predicts_better(ranking.models[effect].members[0], held[NONE], held[effect]):
         return []
     return [
-        f"{effect} is likeliest, but it predicts what it was not fitted to (parts of the record, each sensor) no "
-        "better than the model without it: nothing is attributed; add a shot, a sensor, or a baseline with the shot's "
-        "own bird"
+        f"{in_words(effect)} is likeliest, but it predicts what it was not fitted to (parts of the record, each "
+        "sensor) no better than the model without it: nothing is attributed; add a shot, a sensor, or a baseline with "
+        "the shot's own bird"
     ]
 
 
@@ -480,8 +481,8 @@ def held_out_record_is_worse(effect: str, held: Mapping[str, Sequence[Held]]) ->
     wrong = "the effect is not what it is taken for"
     reason = wrong if label_parts(effect)[2] else f"that shot has not the effect, or {wrong}"
     return [
-        f"with {effect} the held-out record is predicted worse than without it (its residual is {after.error:.2f} and "
-        f"{before.error:.2f} times the errors that each model expects, its log density lower by "
+        f"with {in_words(effect)} the held-out record is predicted worse than without it (its residual is "
+        f"{after.error:.2f} and {before.error:.2f} times the errors that each model expects, its log density lower by "
         f"{before.score - after.score:.2g} a point): {reason}"
     ]
 

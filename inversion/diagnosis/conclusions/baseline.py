@@ -14,6 +14,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import UserError
+from birdstrike.data.formatting import listing, plain
 from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import same_structure
 from birdstrike.inversion.diagnosis.conclusions.before_and_after import rms_by_channel
@@ -76,7 +77,7 @@ def read_baselines(records: Mapping[str, tuple[Measured, Setup]], channels: Sequ
         fits[name] = (one, fit)
         lacking = [channel for channel in channels if channel not in one.channels]
         if lacking:
-            warnings.append(f"{name} has no {', '.join(lacking)}: there the model error stays unknown")
+            warnings.append(f"{name} has no {listing(list(map(plain, lacking)))}: there the model error stays unknown")
         warnings += unclean(name, fit)
     return Baselines(tuple(shot for shot, _ in fits.values()), fits, tuple(warnings))
 
@@ -207,15 +208,20 @@ class Birds:
             birds = self.ranking.birds
             likeliest = max(BIRDS, key=lambda name: birds[name])
             return [
-                f"the records contradict what was stated of the birds ({stated}: probability {birds[stated]:.2g}; "
+                f"the records contradict what was stated of the birds ({stated}: {_probability(birds[stated])}; "
                 f"{likeliest}: {birds[likeliest]:.2f}): the effects rest on a wrong premise, so that none is "
                 "attributed; check the birds of all shots, or leave --baseline-bird at auto"
             ]
         if not of_another_bird(self.same):
             return []
-        known = "as stated" if stated != AUTO else f"probability that they are: {self.ranking.same_bird:.2g}"
+        known = "as stated" if stated != AUTO else f"{_probability(self.ranking.same_bird)} that they are"
         return [
             f"the birds of the shots and baselines are not of one recipe ({known}): model error changes with the bird "
             "and may be taken for an effect, so that an alarm means little and none is attributed; fire a baseline "
             "with a bird of the shot's own recipe"
         ]
+
+
+def _probability(value: float) -> str:
+    """`probability 0.03`; of what is as good as excluded a limit."""
+    return "probability below 0.001" if value < 0.001 else f"probability {value:.2g}"

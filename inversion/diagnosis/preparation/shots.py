@@ -21,6 +21,7 @@ from scipy.sparse import csr_matrix
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
+from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.preparation.discrepancy import Shape, process_modes, shape_of
 from birdstrike.inversion.diagnosis.preparation.plan import COARSE_PARTICLES
@@ -395,7 +396,7 @@ def responses_of(shots: Sequence[Shot]) -> tuple[str, ...]:
 def unpredicted(setup: Setup, channels: Iterable[str]) -> str:
     """Why channels are left out, and what to do."""
     shares, fine, declared = setup.unpredictable, setup.plan.fine.bird.particles, setup.plan.case.bird.particles
-    moved = ", ".join(f"{name} by {100 * shares[name]:.0f} %" for name in channels if name in shares)
+    moved = ", ".join(f"{plain(name)} by {100 * shares[name]:.0f} %" for name in channels if name in shares)
     enough = f"up to {COARSE_PARTICLES}" if declared < COARSE_PARTICLES else f"beyond {fine}"
     return (
         f"another lattice of the bird's {fine} particles alone moves {moved} of the peak, several times as much as the "

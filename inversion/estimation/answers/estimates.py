@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.formatting import plain, quantity, span
+from birdstrike.data.formatting import plain, reading, span
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import Coordinates
@@ -36,7 +36,7 @@ class Sensitivity:
     @property
     def sentence(self) -> str:
         """The change against the noise, in the engineers' unit."""
-        change, noise = quantity(self.change, self.unit, 2), quantity(self.noise, self.unit, 2)
+        change, noise = reading(self.change, self.unit, 2), reading(self.noise, self.unit, 2)
         against = f"less than the noise ({noise})" if self.change < self.noise else f"noise {noise}"
         return f"the {plain(self.channel)} changes by at most {change} over its whole range, {against}"
 

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from birdstrike.data.curves import file_names
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import plain
 from birdstrike.data.histories import Array
+from birdstrike.data.units import rounded
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.results.estimates import Answer, Estimate
 from birdstrike.inversion.results.fit import TimeOrigin
@@ -63,7 +65,7 @@ def view_of(folder: Path, case: Path) -> View:
         systems=[emulator_table(emulator)],
         shots=[
             {
-                "name": ", ".join(Path(path).name for path in inversion.records),
+                "name": ", ".join(_record_names(inversion).values()),
                 "system": 0,
                 "channels": [
                     _sensor(inversion, name, best.channels[name].unit, time, values, emulator.channels[name].time)
@@ -93,19 +95,25 @@ def _headline(inversion: Inversion, best: Answer) -> str:
     if best.verified_relative is None:
         return f"No verification run finished.{carried}"
     said = f"By the {inversion.best}: the solver at this answer differs from the record by "
-    return f"{said}{100 * best.verified_relative:.2g} % of the peaks (RMS).{carried}"
+    return f"{said}{rounded(100 * best.verified_relative, 2)} % of the peaks (RMS).{carried}"
 
 
 def _sensor(inversion: Inversion, name: str, unit: str, time: Array, values: Array, clock: Array) -> Table:
-    """A channel with its record over the simulations' `clock` (m,) [s]; one of a later shot says of which."""
-    noise, parts = inversion.measured.noise[name], name.split("@")
-    paths = {shot.suffix: Path(shot.path).name for shot in inversion.shots}
-    source = paths.get(f"@{parts[1]}" if len(parts) > 1 else "", Path(inversion.measured.path).name)
-    label = f"{plain(parts[0])}, {source}" if len(inversion.shots) > 1 else plain(parts[0])
+    """A channel with its record over the simulations' `clock` (m,) [s]; one of several shots says of which."""
+    noise, (sensor, sign, number) = inversion.measured.noise[name], name.partition("@")
+    source = _record_names(inversion)[sign + number]
+    label = f"{plain(sensor)}, {source}" if len(inversion.shots) > 1 else plain(sensor)
     seen = (time >= clock[0] - SAME_INSTANT) & (time <= clock[-1] + SAME_INSTANT)
     used = inversion.measured.used(name, time, values)[seen]
     own = record(time[seen], values[seen], np.full(len(used), noise), source, used)
     return channel(name, unit, noise, own, label)
+
+
+def _record_names(inversion: Inversion) -> dict[str, str]:
+    """Suffix of a shot's channels -> its record: of a single one its file, of several a name of its own."""
+    if len(inversion.shots) < 2:
+        return {"": Path(inversion.records[0]).name}
+    return dict(zip((shot.suffix for shot in inversion.shots), file_names(inversion.records), strict=True))
 
 
 def _point(space: ParameterSpace, estimates: Mapping[str, Estimate]) -> list[float]:

@@ -118,7 +118,7 @@ def test_a_sensor_that_lattices_move_too_much_is_left_out_and_told(
     found = laboratory.content("noisy")
     assert found["left_out"] == {"displacement_side": 0.08}
     assert list(found["noise"]["sensors"]) == ["displacement_centre"]
-    assert "displacement_side by 8 % of the peak" in found["warnings"][0]
+    assert "displacement side by 8 % of the peak" in found["warnings"][0]
     told = {one["name"]: one for one in found["effects"]}
     unseen = told["sensor_gain.displacement_side"]
     assert abs(unseen["log_evidence"]) < 2.0, "by the place about which each model is judged"

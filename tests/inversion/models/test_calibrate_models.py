@@ -365,6 +365,7 @@ def test_the_page_says_which_records_are_simulated(calibrated: Calibrated, tmp_p
         path.write_text("\n".join([says, *rows]) + "\n", encoding="utf-8")
     page = write_models_page(folder).read_text(encoding="utf-8")
     assert f"of {', '.join(path.stem for path in others)}" in page
+    assert "Show in every figure (every curve but the measured records is simulated):" in page
     assert "record (measured)" in page
     assert "record (simulated)" in page
     content = {**calibrated.content, "simulated_shots": ["shot_1"]}

@@ -485,8 +485,9 @@ def test_sensors_that_were_not_learnt_are_warned_of_together() -> None:
     sensor = known.case.sensors[name]
     new = known.case.model_copy(update={"sensors": {name: sensor, "first": sensor, "second": sensor}})
     (said,) = refuse_other_sensors(known, new)
-    assert said.startswith(
-        "first and second were not learnt from, or sit elsewhere: the model error of each is that of"
+    assert said == (
+        "first and second were not learnt from, or sit elsewhere: the model error of each is that of its kind of "
+        "sensor, not of its own record; their bands are wider than records of them would make them"
     )
 
 

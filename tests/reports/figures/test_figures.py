@@ -18,6 +18,8 @@ from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.mesh_convergence.grid_convergence import grid_convergence
 from birdstrike.inversion.observations.reader import HELD
 from birdstrike.reports.comparison.end_state import impulse
+from birdstrike.reports.figures.audit import confusion_figure
+from birdstrike.reports.figures.calibrated_models import curves_figure as models_of_one_shot
 from birdstrike.reports.figures.convergence import order_words
 from birdstrike.reports.figures.curves import RecordCurve, VerifiedCurve, comparison_figure
 from birdstrike.reports.figures.cut import Sheets
@@ -27,12 +29,13 @@ from birdstrike.reports.figures.models import ModelCurve, models_figure, running
 from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
 from birdstrike.reports.figures.posterior import corner_figure, sobol_figure
 from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
+from birdstrike.reports.figures.quantities import shown_span
 from birdstrike.reports.figures.record import DrawnChannel, record_figure
 from birdstrike.reports.figures.setup import SetUp, bird_outline, setup_figure
 from birdstrike.reports.figures.shapes import shapes_figure
 from birdstrike.reports.figures.stress import stress_figure, stress_scales
 from birdstrike.reports.figures.style import inline_svg, png
-from birdstrike.reports.figures.switches import mark_legends, readings, switches_in, with_switches
+from birdstrike.reports.figures.switches import COLOURS, mark_legends, readings, switches_in, with_switches
 from birdstrike.reports.figures.training import hidden_size_figure, training_figure
 from birdstrike.reports.figures.views import Scene, mid_line, push_direction, window
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, plate, strike
@@ -298,6 +301,17 @@ def test_one_scale_of_stress_holds_all_models() -> None:
     assert together.plate.vmax == alone.plate.vmax == pytest.approx(1e-6 * gentle.plate_stress.max())
 
 
+def test_numbers_below_neighbouring_columns_do_not_touch() -> None:
+    """The 300 of one plate and the -300 of the next were one number, `300-300`."""
+    larger, snapshot = 1.143, RUN.snapshots[2]
+    wide = replace(snapshot, nodes=larger * snapshot.nodes, particles=larger * snapshot.particles)
+    figure = stress_figure({"a": wide, "b": wide}, replace(SCENE, resting=larger * RESTING))
+    figure.draw_without_rendering()
+    left, right = (axes for axes in figure.axes if axes.get_xlabel().startswith("x along"))
+    ends = [[tick.label1.get_window_extent() for tick in axes.xaxis.get_major_ticks()] for axes in (left, right)]
+    assert max(box.x1 for box in ends[0]) < min(box.x0 for box in ends[1])
+
+
 def test_a_running_mean_keeps_a_line_and_delays_nothing() -> None:
     time = np.linspace(0.0, 2e-3, 401)
     np.testing.assert_allclose(running_mean(time, 3.0 * time)[20:-20], 3.0 * time[20:-20], rtol=1e-12)
@@ -333,6 +347,25 @@ def test_the_pointer_reads_the_curves_where_they_are_drawn() -> None:
     assert top + height < below["box"][1] + below["box"][3] <= whole[1]
 
 
+def test_a_record_that_is_much_longer_than_the_impact_does_not_squeeze_it() -> None:
+    """Of a logger's 100 ms about an impact of 2 ms the page showed 100 ms."""
+    assert shown_span(np.array([-0.05, 0.05]), 2e-3) == pytest.approx((-0.25 * 2.5e-3, 1.04 * 2.5e-3))
+    assert shown_span(np.array([-1e-4, 1.9e-3]), 2e-3) == pytest.approx((-1e-4, 1.04 * 1.9e-3))
+    assert shown_span(np.array([1e-4, 1.9e-3]), 2e-3)[0] == 0.0
+
+
+def test_curves_that_share_a_switch_are_read_one_by_one() -> None:
+    """Of the bird models with calibrated constants the pointer read the first alone, in the colour of the switch."""
+    record = RecordCurve(RECORD_TIMES, RECORD, None, "record, measured")
+    runs = {"null": RUN, "elastic": strike(8e-3)}
+    figure = models_of_one_shot({"displacement_centre": "m"}, {"displacement_centre": record}, runs, {}, list(runs))
+    inline_svg(figure, "m")
+    (axes,) = readings(figure)
+    assert [one.get("title") for one in axes["curves"]] == ["null, calibrated", "elastic, calibrated", None]
+    assert len({one["colour"] for one in axes["curves"][:2]} - {COLOURS["calibrated"]}) == 2
+    assert axes["span"][1] > 1e3 * RECORD_TIMES[-1], "the last marker was cut in half"
+
+
 def test_the_words_of_a_peak_at_a_record_s_end_stay_within_the_axes() -> None:
     """Behind the drop line they left the axes, which were then drawn narrower than those of the other sensors."""
     rising = 1e-3 * RECORD_TIMES / RECORD_TIMES[-1]
@@ -345,13 +378,22 @@ def test_the_words_of_a_peak_at_a_record_s_end_stay_within_the_axes() -> None:
     assert words.get_window_extent().x1 <= above.bbox.x1
 
 
-def test_a_peak_without_a_unit_has_no_gap_for_one_and_residuals_say_their_sense() -> None:
+def test_a_strain_has_its_unit_on_the_axis_and_residuals_say_their_sense() -> None:
     figure = comparison_figure("strain", "", RecordCurve(RECORD_TIMES, RECORD, None, "record, measured"), {})
     above, below = figure.axes[:2]
     (words,) = (text.get_text() for text in above.texts if text.get_text().startswith("peak"))
-    assert "  " not in words
-    assert below.get_ylabel() == "Simulated\n− record [–]"
+    assert words.startswith("peak 5622 µm/m at ")
+    assert above.get_ylabel() == "Strain [µm/m]"
+    assert below.get_ylabel() == "Simulated\n− record [µm/m]"
     assert [axes.get_ylabel() for axes in models().axes][1].startswith("Simulated")
+
+
+def test_what_was_planted_and_answered_stands_in_words() -> None:
+    confusion = {"bird_yaw + impact_offset@shot1": {"edge_slip": 0.5, "unexplained": 0.5}}
+    (axes,) = confusion_figure(confusion).axes
+    assert axes.get_yticklabels()[0].get_text() == "bird yaw + impact offset, shot1"
+    names = [label.get_text() for label in axes.get_xticklabels()]
+    assert names[:3] == ["edge slip", "none needed", "ambiguous, truth among them"]
 
 
 def test_each_column_of_a_residual_figure_has_its_time_below() -> None:

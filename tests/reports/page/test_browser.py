@@ -129,9 +129,8 @@ def test_a_long_name_without_a_blank_stays_on_the_page(tmp_path: Path) -> None:
 
 def test_a_jump_ends_below_the_row_of_switches_however_many_lines_that_has(tmp_path: Path) -> None:
     """In a narrow window the row has several lines, and covered the heading."""
-    switches = [
-        {"key": f"k{i}", "title": "a long name of a model", "colour": "#000", "dashes": "none"} for i in range(6)
-    ]
+    look = {"title": "a long name of a model", "colour": "#000", "dashes": "none", "width": "2"}
+    switches = [{"key": f"k{i}", **look} for i in range(6)]
     sections = [Section(f"part{i}", f"Part {i}", tuple(Paragraph("Text.") for _ in range(60))) for i in range(3)]
     page = tmp_path / "page.html"
     page.write_text(rendered("Title", "", sections, switches), encoding="utf-8")

@@ -12,6 +12,7 @@ from birdstrike.reports.template import typographic
     [
         ("-0.5 mm (95 %: -0.6 .. -0.4 mm)", "−0.5 mm (95 %: −0.6 .. −0.4 mm)"),
         ("-", "–"),
+        ("at most +-3 points", "at most ±3 points"),
         ("more than 5% of the mass", "more than 5 % of the mass"),
         ('import it with --shift "-0.3 ms"', 'import it with --shift "-0.3 ms"'),
         ("birdstrike import x.csv --scale w=-1 --shift -3", "birdstrike import x.csv --scale w=-1 --shift -3"),

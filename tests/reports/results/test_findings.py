@@ -151,6 +151,10 @@ def test_the_energy_balance_names_the_worst_run_and_the_cost(results: Results) -
     assert "(run 3)" in line
     minutes = sum(summary["wall_s"] for summary in summaries.values()) / 60
     assert f"{minutes:.2g} minutes of solver time" in line
+    brief = {name: {**one, "wall_s": 1.0, "momentum_error": 1.3e-15} for name, one in results.summaries.items()}
+    line = findings(replace(results, summaries=brief))[4]
+    assert "worst momentum error at the level of rounding" in line, "1e-15 of the bird's momentum"
+    assert f"; {len(brief)} s of solver time." in line, "0.46 minutes"
 
 
 def test_failures_and_the_simulations_own_warnings_reach_the_reader(results: Results) -> None:

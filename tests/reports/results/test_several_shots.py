@@ -18,9 +18,10 @@ from birdstrike.inversion.misfit import rms
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.reports.blocks import Picture
+from birdstrike.reports.explore.kinds.inversion import read as explored
 from birdstrike.reports.export.exported import read_export
 from birdstrike.reports.page.page import page
-from birdstrike.reports.results.measurement import residual
+from birdstrike.reports.results.measurement import residual, simulated_curves
 from birdstrike.reports.results.reading import read_results
 from birdstrike.reports.sections.curves import comparisons
 from tests.reports.conftest import page_of
@@ -68,8 +69,21 @@ def test_records_whose_files_have_one_name_are_told_apart(two_shots: Path) -> No
         later=(replace(other, record=replace(other.record, path="b/record.csv")),),
     )
     html = page(alike, makers=())
+    assert simulated_curves(alike.records) == "every curve but the measured records is simulated"
+    assert simulated_curves(alike.records[1:]) == "every curve is simulated, the record too"
     assert "parameters from the records record_1 and record_2" in html
     assert "The record of record_2 is simulated, not measured" in html
+
+
+def test_the_page_with_sliders_tells_them_apart_too(two_shots: Path, tmp_path: Path) -> None:
+    """Both channels were called `displacement centre, record.csv`."""
+    folder = shutil.copytree(two_shots / "inversion", tmp_path / "inversion")
+    path = folder / "inversion.json"
+    path.write_text(path.read_text().replace("shot7.csv", "a/record.csv").replace("shot8.csv", "b/record.csv"))
+    (view,) = explored(folder)
+    (both,) = view.shots
+    assert both["name"] == "record_1, record_2"
+    assert [one["label"] for one in both["channels"]] == [f"displacement centre, record_{i}" for i in (1, 2)]
 
 
 def test_the_curves_of_the_other_shot_stand_below_those_of_the_first(two_shots: Path) -> None:

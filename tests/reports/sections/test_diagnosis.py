@@ -78,26 +78,28 @@ def test_the_birds_that_the_records_tell_of_stand_apart() -> None:
         "before": state(rmse={"w": 1e-4}),
     }
     base = {"shots": ["clean"], "residual_rms": {}, "gain": None}
-    base["bird"] = {"stated": "auto", "records": {"same": 0.6, "other": 0.4}, "contradicted": False}
+    base["bird"] = {"stated": "auto", "records": {"same": 0.6, "recipe": 8e-10, "other": 0.4}, "contradicted": False}
     found = diagnosis(effect("impact_speed"), **figures, baseline=base)
     table, _, told, *_ = basis_section(DiagnosisResults(found, {}, "birdstrike")).blocks
     assert isinstance(table, Table)
     assert table.rows[0][4] == "34 %"
     assert isinstance(told, Paragraph)
-    assert "cast and shot alike: 0.60; unlike the shot's: 0.40." in told.text
+    assert "cast and shot alike: 0.60; " in told.text
+    assert "another batch: < 0.01; unlike the shot's: 0.40." in told.text
 
 
 def test_a_family_that_is_all_but_impossible_is_not_of_probability_0() -> None:
     effects = effect("impact_speed", family="impact"), effect("none", family="none", probability=2e-9)
     found = diagnosis(*effects, families={"impact": 1.0, "none": 2e-9})
-    (legend,) = probability_figure(found).legends
-    assert [text.get_text() for text in legend.get_texts()] == ["impact 1.00", "none < 0.01"]
+    left, _ = probability_figure(found).axes
+    words = [text.get_text() for text in left.texts]
+    assert words[-2:] == ["none < 0.01", "impact 1.00"], "beside their rows, from below"
 
 
 def test_two_baselines_are_spoken_of_in_the_plural() -> None:
     bird = {"stated": "auto", "records": {}, "contradicted": False}
     told = _baseline({"shots": ["a", "b"], "residual_rms": {"w": 1e-4}, "gain": 2.5, "bird": bird}, {"w": "m"})
-    assert told.startswith("Baselines a and b: the calibrated model leaves an RMS of w 0.1 mm. With them, minimum ")
+    assert told.startswith("Baselines a and b: the calibrated model leaves an RMS of w 0.100 mm. With them, minimum ")
     assert "Nothing was stated of their birds, so" in told
 
 

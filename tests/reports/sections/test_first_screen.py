@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from birdstrike.inversion.results.diagnosis_files import COLUMNS
 from birdstrike.inversion.results.fit import TimeOrigin
-from birdstrike.reports.blocks import Paragraph, Picture, Warnings
+from birdstrike.reports.blocks import Paragraph, Picture, Table, Warnings
 from birdstrike.reports.page.page import SECTIONS
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections import diagnosis, energy_balance, summary
@@ -47,6 +47,9 @@ def test_the_diagnosis_s_own_simulations_are_not_claimed_to_be_listed(results: R
         return first.text
 
     assert said(results).startswith(f"Listed: {len(results.every_summary)} simulations. ")
+    table = energy_balance.section(results).blocks[-1]
+    assert isinstance(table, Table)
+    assert "< 10⁻⁷ %" in {row[2] for row in table.rows}, "4.3e-16"
     diagnosed = said(replace(results, diagnosis=tmp_path))
     assert "simulations; those that the diagnosis has run besides are not among them. " in diagnosed
 

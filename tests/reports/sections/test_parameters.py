@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from birdstrike.cli.train_and_invert import _cells
 from birdstrike.inversion.results.estimates import Estimate
+from birdstrike.reports.blocks import Picture
 from birdstrike.reports.figures.parameters import ParameterRow
+from birdstrike.reports.results.results import Results
+from birdstrike.reports.sections.identifiability import section
 from birdstrike.reports.sections.parameters import _estimate
 
+CHANNEL = "displacement_centre"
 RANGE = (100.0, 1000.0)
 
 
@@ -27,3 +33,14 @@ def test_what_is_not_identified_has_its_range_or_its_prior(
     row = ParameterRow("bird.material.viscosity", "Pa s", *RANGE, {})
     assert _estimate(estimate, row) == ("–", on_page, "no", "the noise hides it")
     assert _cells(estimate, RANGE)[0] == in_terminal
+
+
+def test_indices_by_an_emulator_that_hardly_follows_the_simulations_say_so(results: Results) -> None:
+    """Of a strain with Q2 0 all indices were 0 at all times, as if no parameter moved it."""
+    known = results.inversion
+    poor = replace(known, emulator=replace(known.emulator, q2={CHANNEL: 0.0}))
+    sound, doubtful = (
+        next(block.caption for block in section(one).blocks if isinstance(block, Picture) and "sobol" in block.name)
+        for one in (results, replace(results, inversion=poor))
+    )
+    assert doubtful.removeprefix(sound).startswith(" The emulator predicts this sensor poorly (leave-one-out Q² 0.00)")

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections import animation, pictures
+from birdstrike.solver.build import rest_mesh
 from tests.reports.synthetic import strike
 from tests.solver.test_struck_plane import about_y
 from tests.solver.test_struck_plane import strike as aslant_strike
@@ -30,11 +32,17 @@ def test_the_largest_displacement_is_that_of_the_instants_in_motion(results: Res
 
 
 def test_the_displacement_of_a_turned_plate_counts_in_the_push(results: Results, tmp_path: Path) -> None:
-    """An upright plate that was pushed in by 2 mm showed 0."""
+    """An upright plate that was pushed in by 2 mm showed 0; it was drawn in the axes of space, edge on from above."""
     case = aslant_strike(tmp_path, 90.0)
-    scene, snapshot = pictures._scene(replace(results, case=case), strike().snapshots), strike().snapshots[0]
-    moved = replace(snapshot, nodes=scene.resting - 0.002 * about_y(90.0)[:, 2])
-    assert animation.deflection(moved, scene) == pytest.approx(2.0)
+    normal, resting = about_y(90.0)[:, 2], rest_mesh(case).nodes
+    bird = {"particles": 0.1 * np.tile(normal, (3, 1)), "velocity": -100.0 * np.tile(normal, (3, 1))}
+    flown = replace(strike().snapshots[0], nodes=resting - 0.002 * normal, **bird)
+    (seen,) = pictures.along_plate([flown], case.struck_plane)
+    scene = pictures._scene(replace(results, case=case), [seen])
+    assert animation.deflection(seen, scene) == pytest.approx(2.0)
+    assert np.abs(scene.resting[:, 2]).max() < 1e-9, "no height above itself"
+    assert np.ptp(scene.resting[:, :2], axis=0) == pytest.approx(np.sort(np.ptp(resting, axis=0))[:0:-1], rel=1e-9)
+    assert scene.up == 1.0, "the bird comes from above"
 
 
 def test_a_bird_s_extent_is_compared_with_what_it_was_in_the_same_direction(results: Results) -> None:

@@ -139,7 +139,7 @@ def test_a_shot_of_which_nothing_is_predicted_is_left_out_and_others_go_on() -> 
     shots = [NamedRecord(name, case, record(name)) for name in ("displacement_centre", "reaction_force")]
     found, (lost,) = predicted_shots(shots, {case_hash(case): setup})
     assert [one.name for one in found] == ["displacement_centre"]
-    assert "reaction_force by 11 % of the peak" in lost
+    assert "reaction force by 11 % of the peak" in lost
     assert "raise bird.particles = 400 up to 1000" in lost
     with pytest.raises(MeasuredError, match="reaction_force"):
         predicted_shots(shots[1:], {case_hash(case): setup})
