@@ -104,9 +104,9 @@ def signed_quantity(value: float, si_unit: str) -> str:
     return f"+{text}" if value > 0 else text
 
 
-def signed_reading(value: float, si_unit: str, digits: int = 2) -> str:
+def signed_reading(value: float, si_unit: str) -> str:
     """The same of a difference between readings."""
-    return signed_quantity(value, of_reading(si_unit), digits)
+    return signed_quantity(value, of_reading(si_unit))
 
 
 def bound(value: float, si_unit: str) -> str:
