@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.linalg import helmert
 from scipy.special import softmax
@@ -30,6 +29,7 @@ from birdstrike.inversion.diagnosis.inference.gaussians import (
     Reduced,
     covariance_of,
     cut_off_at_zero,
+    drawn_above_zero,
     integrated,
     log_mass_above_zero,
     mixture,
@@ -486,7 +486,6 @@ class ModelTester:
 QUADRATURE = 41  # sizes over the limits, and as many about the mean
 REACH = 5.0  # standard deviations on each side of the mean
 TAILS = (0.025, 0.5, 0.975)  # of a 95 % interval
-REDRAWN = 50  # times at most: a draw with a negative one-sided magnitude
 
 
 def quantiles(tester: ModelTester, evidence: Evidence) -> tuple[float, float, float]:
@@ -550,7 +549,8 @@ def draws(
     nodes = np.sort(rng.choice(len(weights), count, p=weights / weights.sum()))
     at, parts = tester.system.at["J"], _parts_of_sizes(tester, hypothesis.members)
     x = np.vstack([_drawn_at(tester, evidence, int(n), int((nodes == n).sum()), parts, rng) for n in np.unique(nodes)])
-    return x[:, : at.stop - at.start] @ tester.rotation, _sizes(x, parts), nodes
+    least = [0.0 if one.one_sided else -np.inf for one in hypothesis.members]  # 0 but for rounding
+    return x[:, : at.stop - at.start] @ tester.rotation, np.maximum(_sizes(x, parts), least), nodes
 
 
 def _parts_of_sizes(tester: ModelTester, members: Sequence[CandidateEffect]) -> list[list[int]]:
@@ -598,17 +598,15 @@ def _possible(
     count: int,
     rng: np.random.Generator,
 ) -> Array:
-    """(count, n) draws of a normal distribution; one with a magnitude that cannot be negative, but is, anew."""
-    x, due = np.zeros((count, len(mean))), np.arange(count)
-    for _ in range(REDRAWN):
-        x[due] = mean + rng.standard_normal((len(due), len(mean))) @ chol.T
-        due = due[_impossible(members, _sizes(x[due], parts_of_sizes))]
-        if not len(due):
-            break
-    return x
+    """(count, n) draws of a normal distribution, cut off where a magnitude that cannot be negative would be.
 
-
-def _impossible(members: Sequence[CandidateEffect], sizes: Array) -> NDArray[np.bool_]:
-    """(n,) whether a one-sided magnitude of sizes (n, q) is negative."""
-    sided = [i for i, one in enumerate(members) if one.one_sided]
-    return np.asarray((sizes[:, sided] < 0.0).any(axis=1))
+    Such magnitudes come from their own distribution, cut off at 0; all else follows them by its regression on them.
+    """
+    x = mean + rng.standard_normal((count, len(mean))) @ chol.T
+    sided = [parts for one, parts in zip(members, parts_of_sizes, strict=True) if one.one_sided]
+    if not sided:
+        return x
+    along = chol @ np.array([chol[parts].sum(axis=0) for parts in sided]).T  # (n, q) covariance with their sizes
+    covariance = np.array([along[parts].sum(axis=0) for parts in sided])
+    h = drawn_above_zero(_sizes(mean[None], sided)[0], covariance, count, rng)
+    return x + np.linalg.solve(covariance, (h - _sizes(x, sided)).T).T @ along.T

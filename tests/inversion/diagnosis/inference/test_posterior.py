@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from birdstrike.inversion.diagnosis.inference.evidence import SIZES, ModelTester, draws, quantiles
-from tests.inversion.diagnosis.inference.linear_system import POINTS, known, models, system
+from birdstrike.inversion.diagnosis.inference.gaussians import drawn_above_zero, log_mass_above_zero
+from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
+from tests.inversion.diagnosis.inference.linear_system import POINTS, Stub, known, models, system
 
 
 def test_intervals_hold_what_another_lattice_moves() -> None:
@@ -103,3 +107,36 @@ def test_draws_of_a_one_sided_magnitude_that_an_unnamed_error_shares_are_cut_off
     assert h.mean() == pytest.approx(found.h[0], abs=0.1 * sd)
     assert h.std() == pytest.approx(sd, rel=0.1)
     assert z.mean(axis=0) == pytest.approx(found.z[:2], abs=0.1 * np.sqrt(found.z_cov.max()))
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_draws_of_magnitudes_that_the_record_calls_negative_are_their_distribution_cut_off(both: bool) -> None:
+    """Draws that stayed negative in fifty attempts were taken as they were: nearly all of these."""
+    first, labels = system(0), ["e1", "e2"] if both else ["e1"]
+    columns, at = first.columns.copy(), [first.at[label].start for label in labels]
+    columns[:, 0] = -columns[:, at].sum(axis=1) + np.random.default_rng(1).standard_normal(POINTS)
+    tester = ModelTester(replace(first, columns=columns), known(np.array([0.01])), unnamed=(0.1,))
+    pair: Any = [Stub(label, True) for label in labels]
+    found = tester.model(Hypothesis("+".join(labels), tuple(pair), 0.1, "pairs"))
+    _, h, _ = draws(tester, found, 4000, np.random.default_rng(0))
+    sd = np.sqrt(np.diag(found.h_cov))
+    assert h.min() >= 0.0
+    assert h.mean(axis=0) == pytest.approx(found.h, abs=0.08 * sd.min())
+    assert np.atleast_2d(np.cov(h.T)) == pytest.approx(found.h_cov, rel=0.12, abs=0.12 * sd.min() ** 2)
+
+
+@pytest.mark.parametrize(("means", "far"), [((-1.0, -1.5), 1e-3), ((0.5, -3.0), 1e-3), ((2.0, 1.0), 8.0)])
+def test_two_magnitudes_of_one_signature_are_as_often_positive_as_their_distribution_says(
+    means: tuple[float, float], far: float
+) -> None:
+    """Where data call their sum negative too: the log of that was off by up to 20, and of draws one mean by 1000 sd."""
+    a, rho = np.array(means), -0.9999
+    C = np.array([[1.0, rho], [rho, 1.0]])
+    mass = float(log_mass_above_zero([Stub("a", True), Stub("b", True)], a, C))  # pyright: ignore[reportArgumentType]
+    x = np.linspace(0.0, far, 200_001)
+    logs = norm.logpdf(x - a[0]) + norm.logcdf((a[1] + rho * (x - a[0])) / np.sqrt(1.0 - rho**2))
+    density = np.exp(logs - logs.max())
+    exact = float(np.trapezoid(density, x))
+    assert mass == pytest.approx(np.log(4.0 * exact) + logs.max(), abs=0.03)
+    drawn = drawn_above_zero(a, C, 4000, np.random.default_rng(0))[:, 0]
+    assert drawn.mean() == pytest.approx(float(np.trapezoid(x * density, x)) / exact, abs=0.06 * drawn.std())
