@@ -24,6 +24,7 @@ from birdstrike.inversion.diagnosis.conclusions.answer import (
     curves,
     discrepancy_figures,
     effect_figures,
+    fits_elsewhere,
     held_out_figures,
     held_out_record_is_worse,
     input_warnings,
@@ -237,6 +238,7 @@ class Pipeline:
         chosen = self._chosen(ranking, verdict)
         required, fit_warnings = required_discrepancy(ranking), too_close(ranking, chosen, ahead)
         ranking = ranking.refitted(chosen) if chosen else ranking
+        fit_warnings = [*fit_warnings, *fits_elsewhere(ranking, chosen or NONE)]
         runs, failed = self._checked(ranking, chosen)
         held = self._held_out(ranking, chosen, heldout, not of_another_bird(same_bird))
         if verdict == ATTRIBUTED and chosen and (against := self._against(ranking, chosen, held)):

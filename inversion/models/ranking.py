@@ -2,14 +2,14 @@
 
 A shot's error is the root mean square over its channels of each channel's mean square residual, over its noise.
 Residuals of one channel are correlated in time, so that blocks of them are drawn (Kuensch, Ann. Statist. 17 (1989)
-1217), the same of every model: what all models have in common, such as the noise, does not blur their difference. The
+1217), the same of every model: what all models have in common, such as the noise, does not blur their difference. They
+are the same stretches of time in all channels and shots: what is wrong with a model shows in all of them at once. The
 channel is a circle, so that its ends, where residuals grow, are drawn as often as its middle (Politis & Romano, in
 Exploring the Limits of Bootstrap, Wiley 1992, 263).
 """
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -63,9 +63,7 @@ def ranked(answers: Mapping[str, ModelAnswer], seed: int = 0) -> Ranked:
         return Ranked(answers, (), (), {}, {})
     _refuse_other_points(taking_part)
     shots = list(next(iter(taking_part.values())).residuals)
-    draws = {
-        name: {shot: bootstrap(one.residuals[shot], seed, shot) for shot in shots} for name, one in taking_part.items()
-    }
+    draws = {name: {shot: bootstrap(one.residuals[shot], seed) for shot in shots} for name, one in taking_part.items()}
     overall = {name: np.sqrt(np.mean([own[shot] ** 2 for shot in shots], axis=0)) for name, own in draws.items()}
     least = np.min(list(overall.values()), axis=0)
     found = dict(answers)
@@ -100,22 +98,23 @@ def _refuse_other_points(answers: Mapping[str, ModelAnswer]) -> None:
             raise ValueError(f"held-out residuals of {first} and {name} differ: {points[first]}, {points[name]} points")
 
 
-def bootstrap(residuals: Mapping[str, Sequence[float]], seed: int, shot: str) -> Array:
-    """(REPLICATES,) errors of a shot from blocks drawn anew; the blocks depend on shot, channel and seed alone."""
-    squares = np.zeros(REPLICATES)
-    for channel, own in residuals.items():
-        squares += _block_means(np.square(np.asarray(own, dtype=float)), seed, f"{shot} {channel}")
-    return np.sqrt(squares / len(residuals))
+def bootstrap(residuals: Mapping[str, Sequence[float]], seed: int) -> Array:
+    """(REPLICATES,) errors of a shot from blocks drawn anew; where they begin depends on the seed alone."""
+    begins = np.random.default_rng(seed).random((REPLICATES, 2 * BLOCKS))
+    means = [_block_means(np.square(np.asarray(own, dtype=float)), begins) for own in residuals.values()]
+    return np.sqrt(np.mean(means, axis=0))
 
 
-def _block_means(values: Array, seed: int, label: str) -> Array:
-    """(REPLICATES,) means of a channel made of moving blocks of its values (n,), which close to a circle."""
+def _block_means(values: Array, begins: Array) -> Array:
+    """(REPLICATES,) means of a channel made of moving blocks of its values (n,), which close to a circle.
+
+    begins: (REPLICATES, ...) of the blocks, as shares of the channel.
+    """
     n = len(values)
     length = max(1, n // BLOCKS)
     sums = np.cumsum(np.concatenate([[0.0], values, values[: length - 1]]))
     means = (sums[length:] - sums[:-length]) / length
-    rng = np.random.default_rng([seed, zlib.crc32(label.encode())])
-    return means[rng.integers(0, len(means), size=(REPLICATES, max(1, round(n / length))))].mean(axis=1)
+    return means[(begins[:, : max(1, round(n / length))] * n).astype(int)].mean(axis=1)
 
 
 def _order(errors: Mapping[str, float], draws: Mapping[str, Array]) -> tuple[tuple[str, ...], tuple[str, ...]]:

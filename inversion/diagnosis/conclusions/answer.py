@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 from scipy.stats import norm, truncnorm
 
 from birdstrike.data.formatting import plain, quantity, span
@@ -31,7 +32,7 @@ from birdstrike.inversion.diagnosis.conclusions.before_and_after import (
 )
 from birdstrike.inversion.diagnosis.inference.evidence import quantiles
 from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
-from birdstrike.inversion.diagnosis.inference.ranking import Fit, Ranking
+from birdstrike.inversion.diagnosis.inference.ranking import Fit, Ranking, coarseness
 from birdstrike.inversion.diagnosis.preparation.discrepancy import STATED
 from birdstrike.inversion.diagnosis.preparation.setup import Setup
 from birdstrike.inversion.diagnosis.preparation.shots import Shot, setups_of, unpredicted
@@ -456,6 +457,36 @@ def not_explained(ranking: Ranking, effect: str, shots: Sequence[Shot]) -> list[
     return [
         f"{in_words(effect)} is likeliest, but with it the residual is still {rounded(left, 2)} times all errors "
         "together: nothing is attributed; look at the curves for what it leaves"
+    ]
+
+
+LEAST_HILL = 0.05
+"""Probability of a second place from which on it is said: with less, the 95 % intervals of the first hold."""
+
+
+def fits_elsewhere(ranking: Ranking, label: str) -> list[str]:
+    """A warning where the records leave a model a second place, of which the intervals about the first hold nothing."""
+    fit, problem = ranking.fits[label], ranking.problem
+    other = problem.elsewhere(fit)
+    if other is None:
+        return []
+    share = float(expit(coarseness(ranking.evidence) * (other.hill - fit.hill)))
+    if share < LEAST_HILL:
+        return []
+    places = []
+    for shot in problem.measured:
+        space = shot.setup.plan.space
+        at, first = (space.to_physical(one.interval(shot.name, len(space.names))[0][None])[0] for one in (other, fit))
+        places += [
+            f"{plain(space.names[i], space.names)} {quantity(float(at[i]), space.units[i])} in place of "
+            f"{quantity(float(first[i]), space.units[i])} in {shot.name}"
+            for i in np.flatnonzero(problem.apart_in(shot, other, fit))
+        ]
+    model = "the model without an effect" if label == NONE else label
+    return [
+        f"{model} fits at a second place too, which has {share:.2f} of the probability of both "
+        f"({'; '.join(places)}): its parameters, magnitude and intervals, and the probabilities of effects, are those "
+        "about the first place alone; add a shot or a sensor, or state what is known of the parameter (prior)"
     ]
 
 

@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import softmax
 from scipy.stats.qmc import Sobol
 
@@ -36,6 +37,7 @@ from birdstrike.inversion.diagnosis.inference.system import Options, System, bui
 from birdstrike.inversion.diagnosis.preparation.discrepancy import Amplitudes, Shape
 from birdstrike.inversion.diagnosis.preparation.shots import Shot
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
+from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 CREDIBLE = 0.95  # of the probability
 COARSE = 0.01
@@ -111,6 +113,14 @@ class Fit:
         model = self.evidence.hypothesis
         return self.tester.joint(model, [self.places.h.get(one.label, 0.0) for one in model.members])
 
+    @cached_property
+    def hill(self) -> float:
+        """Log of the probability of records and parameters about the places, up to what all fits of a model share.
+
+        By the density there and the covariance about it (Laplace): of a fit that has not ended it is too small.
+        """
+        return self.joint + 0.5 * float(np.linalg.slogdet(self.evidence.z_cov)[1])
+
     def interval(self, name: str, k: int) -> tuple[Array, Array]:
         """(k,) mean and standard deviation of a shot's parameters, fractions of the ranges."""
         at, prior = self.system.names.index(name) * k, self.system.priors[name]
@@ -152,14 +162,38 @@ class Problem:
         """
         if self.begin is not None:
             return self.begin
-        k = len(self.shots[0].setup.lows)
         bare = replace(self, found=())
-        places = [
-            Places({s.name: s.setup.lows + unit * (s.setup.highs - s.setup.lows) for s in self.shots}, {})
+        fits = each(lambda place: bare.refit(NOTHING, place, FIRST_STEPS), self._beginnings({}))
+        return max(fits, key=lambda fit: fit.joint).places
+
+    def _beginnings(self, h: Mapping[str, float]) -> list[Places]:
+        """Points that fill the ranges, the bird the same in all shots; h: size of each effect."""
+        k = len(self.shots[0].setup.lows)
+        return [
+            Places({s.name: s.setup.lows + unit * (s.setup.highs - s.setup.lows) for s in self.shots}, dict(h))
             for unit in [np.full(k, 0.5), *Sobol(k, rng=0).random(STARTS)]
         ]
-        fits = each(lambda place: bare.refit(NOTHING, place, FIRST_STEPS), places)
-        return max(fits, key=lambda fit: fit.joint).places
+
+    def elsewhere(self, fit: Fit) -> Fit | None:
+        """The likeliest fit of a fit's model that begins at other points and ends apart from it; None where none does.
+
+        Apart: a parameter of a measured shot lies beyond the 95 % of both.
+        """
+        model = fit.evidence.hypothesis
+        bare = replace(self, found=model.members)
+        fits = each(lambda place: bare.refit(model, place), self._beginnings(fit.places.h))
+        others = [one for one in fits if any(self.apart_in(shot, one, fit).any() for shot in self.measured)]
+        return max(others, key=lambda one: one.hill, default=None)
+
+    @property
+    def measured(self) -> tuple[Shot, ...]:
+        """The shots that are no baselines."""
+        return tuple(shot for shot in self.shots if not shot.baseline)
+
+    def apart_in(self, shot: Shot, one: Fit, other: Fit) -> NDArray[np.bool_]:
+        """(k,) whether a shot's parameter in one of two fits of a model lies beyond the 95 % of both."""
+        (mean, sd), (theirs, their_sd) = (fit.interval(shot.name, len(shot.setup.lows)) for fit in (one, other))
+        return np.abs(mean - theirs) > np.maximum(NORMAL_95 * np.maximum(sd, their_sd), SWING)
 
     def manageable(self) -> Problem:
         """With the combinations of amplitudes that count, where there are too many to compute them all in every fit.

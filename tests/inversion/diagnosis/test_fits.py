@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from birdstrike.inversion.diagnosis.conclusions.answer import SIMULATION_SCATTER
+from birdstrike.inversion.diagnosis.conclusions.answer import SIMULATION_SCATTER, fits_elsewhere
 from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
 from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
 from birdstrike.inversion.diagnosis.inference.linearisation import Places
-from birdstrike.inversion.diagnosis.inference.ranking import SWING, Fit, Problem, likelier
+from birdstrike.inversion.diagnosis.inference.ranking import SWING, Assessment, Fit, Problem, likelier
 from birdstrike.inversion.diagnosis.preparation.plan import LATTICES
+from birdstrike.inversion.diagnosis.preparation.setup import Setup
 from birdstrike.inversion.estimation.mesh_correction import stack
 from birdstrike.inversion.results.diagnosis import NONE, SOMETHING_ELSE
 from tests.inversion.diagnosis.conftest import Laboratory
@@ -69,6 +70,23 @@ def test_without_a_baseline_a_fit_ends_at_the_likeliest_place_that_it_goes_round
     round_it = [fit.joint for fit, step in zip(visited, steps, strict=False) if step < SWING]
     assert round_it
     assert end.joint == pytest.approx(max([*round_it, visited[-2].joint]))
+
+
+def test_a_second_place_that_the_records_leave_is_said(laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Curves that are alike on both sides of 0.6: the answer was that of one side as if there were no other."""
+    assert not [line for line in laboratory.content()["warnings"] if "second place" in line]
+    ranking, grid = laboratory.answered[0][0], Setup.grid
+    monkeypatch.setattr(Setup, "grid", lambda setup, z: grid(setup, np.minimum(z, 1.2 - z)))
+    clean = tuple(replace(shot, baseline=False) for shot in ranking.problem.shots if shot.baseline)
+    lone = replace(ranking.problem, shots=clean, found=())
+    fit = lone.refit(NOTHING, Places({clean[0].name: np.full(len(clean[0].setup.lows), 0.3)}, {}))
+    other = lone.elsewhere(fit)
+    assert other is not None
+    (place,), (mirrored,) = fit.places.z.values(), other.places.z.values()
+    assert mirrored == pytest.approx(1.2 - place, abs=0.02)
+    (line,) = fits_elsewhere(replace(ranking, problem=lone, assessments={NONE: Assessment.refitted(fit)}), NONE)
+    assert line.startswith("the model without an effect fits at a second place too")
+    assert "Pa s in place of 40" in line  # the third digit hangs on the lattice
 
 
 def test_what_a_fit_makes_likely_is_the_density_of_its_linear_model(laboratory: Laboratory) -> None:

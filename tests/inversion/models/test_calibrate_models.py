@@ -675,8 +675,15 @@ def test_noise_of_one_record_is_no_reason_to_prefer_a_model(calibrated: Calibrat
 def test_the_bootstrap_draws_the_ends_of_a_channel_as_often_as_its_middle() -> None:
     """Residuals that grow towards the end, as those of a wrong model do: the draws lie about the error itself."""
     growing = {"centre": tuple(np.linspace(0.0, 60.0, 61) ** 2)}
-    draws = bootstrap(growing, 0, "shot")
+    draws = bootstrap(growing, 0)
     assert np.mean(draws**2) == pytest.approx(shot_error(growing) ** 2, rel=0.03)
+
+
+def test_channels_that_miss_alike_say_no_more_than_one_of_them() -> None:
+    """Drawn by themselves, blocks of four such channels made the interval of a shot's error half as wide."""
+    missed = tuple(np.sin(np.linspace(0.0, 9.0, 120)) ** 3)
+    alone, together = ({f"c{i}": missed for i in range(count)} for count in (1, 4))
+    assert bootstrap(together, 0) == pytest.approx(bootstrap(alone, 0))
 
 
 @pytest.mark.parametrize(("beaten", "tied"), [(0.90, ("a", "b")), (0.97, ("a", "b")), (0.98, ())])
