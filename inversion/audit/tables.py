@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
+from scipy.stats import beta, binomtest, norm
+from scipy.stats import t as student_t
 
 from birdstrike.data.formatting import many
 from birdstrike.data.histories import Array
@@ -208,8 +209,7 @@ def weights(scores: Sequence[Score]) -> dict[str, float]:
 def reliability(scores: Sequence[Score]) -> list[dict[str, Any]]:
     """Stated probabilities by deciles against how often they were true, kinds weighted to the diagnosis' prior.
 
-    within: whether the mean that is stated lies within the 95 % interval of a bootstrap over truths, or, where that has
-    no width because all agree, within Clopper and Pearson's of as many truths.
+    within: whether the mean that is stated lies within the 95 % interval of how often it was true (`_interval`).
     """
     own = weights(scores)
     rows = [(min(int(10.0 * p), 9), p, float(true), own[s.kind], s.draw) for s in scores for p, true in s.probabilities]
@@ -225,15 +225,28 @@ def reliability(scores: Sequence[Score]) -> list[dict[str, Any]]:
         place = np.array([draws.index(row[4]) for row in part])
         sums = np.array([np.bincount(place, weight * x, len(draws)) for x in (p, true, np.ones(len(part)))])
         picks = np.random.default_rng(SEED).integers(len(draws), size=(RESAMPLES, len(draws)))
-        resampled = sums[1][picks].sum(axis=1) / sums[2][picks].sum(axis=1)
+        spread = float(np.var(sums[1][picks].sum(axis=1) / sums[2][picks].sum(axis=1)))
         stated, value = (float(sums[i].sum() / sums[2].sum()) for i in (0, 1))
-        low, high = (float(x) for x in np.quantile(resampled, [0.025, 0.975]))
-        exact = binomtest(round(value * len(draws)), len(draws)).proportion_ci(0.95, method="exact")
-        if high - low < exact.high - exact.low:
-            low, high = float(exact.low), float(exact.high)
+        low, high = _interval(value, spread, len(draws), len(part))
         held = {"stated": stated, "true": value, "interval_95": (low, high), "within": low <= stated <= high}
         found.append(entry | held | {"truths": len(draws)})
     return found
+
+
+def _interval(value: float, variance: float, truths: int, models: int) -> tuple[float, float]:
+    """95 % interval of a rate of clustered yes and no, with the variance of a bootstrap over the truths.
+
+    Clopper and Pearson's, of as many independent answers as have that variance: more than truths where each has many
+    models, fewer where weights or truths are unlike (Korn & Graubard, Survey Methodology 24 (1998) 193). As many as
+    truths where all agree.
+    """
+    count = float(truths)
+    if 0.0 < value < 1.0 and variance > 0.0 and truths > 1:
+        known = (norm.ppf(0.975) / student_t.ppf(0.975, truths - 1)) ** 2
+        count = min(value * (1.0 - value) / (variance * truths / (truths - 1)) * known, models)
+    yes = value * count
+    low = float(beta.ppf(0.025, yes, count - yes + 1.0)) if value > 0.0 else 0.0
+    return low, float(beta.ppf(0.975, yes + 1.0, count - yes)) if value < 1.0 else 1.0
 
 
 def confusion(scores: Sequence[Score]) -> dict[str, dict[str, float]]:

@@ -112,6 +112,16 @@ def test_probabilities_that_hold_are_told_from_those_that_do_not() -> None:
     assert boasting["interval_95"][1] < 0.85
 
 
+@pytest.mark.parametrize(("true", "within"), [(0.01, True), (0.03, False)])
+def test_many_small_probabilities_of_each_truth_are_judged_by_how_many_they_are(true: float, within: bool) -> None:
+    """Of 100 truths with 30 models at 0.01 each: by an interval of 100 yes and no three times as many held."""
+    drawn = np.random.default_rng(0).random((100, 30)) < true
+    scores = [
+        single(i, probabilities=tuple((0.01, bool(one)) for one in row), in_set=True) for i, row in enumerate(drawn)
+    ]
+    assert reliability(scores)[0]["within"] is within
+
+
 def test_kinds_are_weighted_to_the_prior() -> None:
     """Of 90 clean and 10 single records the prior expects 50 to 40."""
     clean = [record(i, probabilities=((0.55, True),)) for i in range(90)]
