@@ -1,5 +1,5 @@
 """What every model carries besides its parameters: uncertain speed, mass, thickness; mesh error; a stated discrepancy;
-the error of a channel that the emulator predicts poorly.
+the error of a channel that the emulator predicts poorly; what is not known of a correlated noise.
 
 Each is a column of the model's error: the change of the stacked curve for one standard deviation. A Gaussian nuisance
 whose effect is linear is marginalised exactly by adding column column^T to the covariance.
@@ -17,18 +17,20 @@ from functools import partial
 
 import numpy as np
 from scipy.linalg import block_diag
+from scipy.stats import t as student_t
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.calibration import Mode
-from birdstrike.inversion.estimation.whitening import factor_between, factor_of
+from birdstrike.inversion.estimation.whitening import INSTANTS, factor_between, factor_of
 from birdstrike.inversion.forward import Forward
-from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.observations.observations import Channel, Observations
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.nuisances import Nuisance
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator
+from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 Columns = Callable[[Observations, Mode], Array]
 """columns(observations, best fit) -> (n, s) SI: errors common to many points, one standard deviation each."""
@@ -113,6 +115,46 @@ def discrepancy_columns(shares: Mapping[str, float], observations: Observations)
 def _gaussian(length: float, times: Array, others: Array) -> Array:
     """(n, m) squared-exponential correlation of instants (n,) and (m,)."""
     return np.exp(-0.5 * ((times[:, None] - others) / length) ** 2)
+
+
+FREQUENCIES = 4096  # at least, of the noise's density, up to half of the sampling frequency
+WORTH_RAISING = 0.01  # of the density: less is within what nobody knows of a noise
+
+
+def noise_columns(observations: Observations) -> Array:
+    """(n, s) SI: what the readings at rest leave unknown of a correlated noise, one standard deviation each.
+
+    The density of a first-order process at a frequency w, S = s^2 / (1 - 2 r cos w + r^2) with s^2 and r from n
+    readings, errs by the share 2/n + (1 - r^2)/n (d ln S / d r)^2 in variance, as a chi-square of 2 over that many
+    degrees of freedom does: n / (1 + 2 tau) at frequency 0, n where it is fast. An error at that frequency is Student's
+    then. The density is raised so that a normal distribution holds 95 % within what Student's does; of frequencies that
+    `INSTANTS` can show.
+    """
+    return np.asarray(block_diag(*(_noise_unknown(c) for c in observations.channels)), dtype=np.float64)
+
+
+def _noise_unknown(channel: Channel) -> Array:
+    """Of one channel; none where its noise is white or well known."""
+    times, n = channel.times, len(channel.times)
+    r, known = float(np.median(channel.correlation[1:])) if n > 1 else 0.0, channel.points_of_noise
+    if not r or not known:
+        return np.zeros((n, 0))
+    count = max(FREQUENCIES, 2 * n)
+    w = (np.arange(count) + 0.5) * np.pi / count
+    under = 1.0 - 2.0 * r * np.cos(w) + r**2
+    share = (2.0 + (1.0 - r**2) * (2.0 * (np.cos(w) - r) / under) ** 2) / known
+    raised = (student_t.ppf(0.975, np.maximum(2.0 / share, 1.0)) / NORMAL_95) ** 2 - 1.0
+    seen = (raised > WORTH_RAISING) & (w < np.pi * min(INSTANTS / n, 1.0))
+    density = np.where(seen, (1.0 - r**2) / under * raised, 0.0)
+    step, lags = float(np.median(np.diff(times))), np.arange(count)
+    waves = np.fft.ifft(np.concatenate([density, density[::-1]]))[:count] * np.exp(0.5j * np.pi * lags / count)
+
+    def covariance(some: Array, others: Array) -> Array:
+        return np.interp(np.abs(some[:, None] - others) / step, lags, waves.real)
+
+    return (
+        channel.noise[:, None] * factor_between(covariance, times, WORTH_A_COLUMN) if seen.any() else np.zeros((n, 0))
+    )
 
 
 def poor(emulator: CurveEmulator) -> bool:

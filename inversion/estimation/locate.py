@@ -22,7 +22,7 @@ from birdstrike.inversion.estimation.coordinates import (
     parameter_coordinates,
 )
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.known_errors import Columns, error_columns, poor
+from birdstrike.inversion.estimation.known_errors import Columns, error_columns, noise_columns, poor
 from birdstrike.inversion.estimation.posterior import Sampling, sample
 from birdstrike.inversion.estimation.prior import conflicts
 from birdstrike.inversion.estimation.time_origin import time_origin
@@ -177,11 +177,12 @@ def _with_known_errors(
     choice: InversionOptions,
     columns: Columns | None,
 ) -> Calibrator:
-    """The calibration problem with what is known to be wrong: baselines, the emulator's errors, and `columns`."""
+    """The problem with what is known to be wrong: baselines, correlated noise, the emulator's errors, and `columns`."""
 
     def problem(t0: float) -> Calibrator:
         """With the errors of poorly predicted channels where a clock t0 [s] late has them."""
-        known = np.hstack([observations.baseline_columns, error_columns(emulator, dataset, observations, t0)])
+        errors = error_columns(emulator, dataset, observations, t0)
+        known = np.hstack([observations.baseline_columns, noise_columns(observations), errors])
         return Calibrator(
             CurveModel(emulator, observations, known if known.size else None), coordinates, choice.time_offset
         )

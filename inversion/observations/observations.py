@@ -58,11 +58,15 @@ class Channel:
         """Degrees of freedom behind the noise's variance times its `tau`; inf where it is stated and white."""
         if self.record is None:
             return np.inf
-        noise, passed = self.record.noise, self.record.read_before
         if not self.correlation_time:
-            return noise.freedom
-        points = self._points_at_rest if passed is None else passed.points
-        return min(noise.freedom, density_freedom(points, self.tau))
+            return self.record.noise.freedom
+        return min(self.record.noise.freedom, density_freedom(self.points_of_noise, self.tau))
+
+    @property
+    def points_of_noise(self) -> int:
+        """Readings that show the noise and its correlation: at rest, of a filtered record before the filter."""
+        passed = None if self.record is None else self.record.read_before
+        return self._points_at_rest if passed is None else passed.points
 
     @property
     def hidden_tau(self) -> float:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from scipy.stats import t as student_t
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.inversion.estimation.answers.estimates import intervals
+from birdstrike.inversion.estimation.known_errors import noise_columns
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.whitening import Whitening, residual_correlation
 from birdstrike.inversion.observations.autocorrelation import neighbour_correlation
 from birdstrike.inversion.observations.before_contact import BeforeContact
-from birdstrike.inversion.observations.observations import observe
+from birdstrike.inversion.observations.observations import Channel, Observations, observe
 from birdstrike.surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, START, pulse, truth
 
@@ -121,3 +127,22 @@ def test_intervals_of_strongly_correlated_noise_hold_a_slow_parameter() -> None:
         covariance = np.linalg.inv(rows @ rows.T)
         held.append(abs((covariance @ rows @ residual)[0]) < 1.96 * np.sqrt(covariance[0, 0]))
     assert np.mean(held) > 0.89
+
+
+@pytest.mark.parametrize(("before", "rho", "freedom"), [(400, 0.9, 400 / 39.0), (80, 0.7, 80 / (37.0 / 3.0))])
+def test_a_slow_error_of_correlated_noise_is_student_s_a_fast_one_is_normal(
+    before: int, rho: float, freedom: float
+) -> None:
+    """n / (1 + 2 tau) degrees of freedom at frequency 0. Of one slow parameter 92 to 94 % of the intervals held."""
+    times = 6e-6 * np.arange(400)
+    time, known = -6e-6 / np.log(rho), SimpleNamespace(before=(NOISE, before))
+    record: Any = SimpleNamespace(noise=known, read_before=None)
+    channel = Channel(CHANNEL, "m", times, times, np.full(400, NOISE), "", record, time)
+    factor = noise_columns(Observations((channel,)))
+    own = NOISE**2 * np.exp(-np.abs(times[:, None] - times) / time)
+    slow, fast = np.ones(400) * np.hanning(400), np.hanning(400) * np.cos(0.8 * np.pi * np.arange(400))
+    raised = [float(x @ (own + factor @ factor.T) @ x / (x @ own @ x)) for x in (slow, fast)]
+    assert raised[0] == pytest.approx((student_t.ppf(0.975, freedom) / 1.96) ** 2, rel=0.03)
+    assert raised[1] == pytest.approx(1.0, abs=0.02)
+    white = replace(channel, correlation_time=0.0)
+    assert noise_columns(Observations((white,))).shape == (400, 0)
