@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import mmap
 import os
 import shutil
 import signal
@@ -29,6 +30,7 @@ from birdstrike.solver.sensors.instrument import recorded
 LOG = "solver.log"
 TAIL = 300
 """Characters of the log's end that stand in a failure's reason."""
+END = 65_536  # bytes, in which they are looked for
 ROUNDING = 0.01
 """Of the output interval, by which a written time may differ from the meant one."""
 LONGEST_GAP = 5
@@ -153,21 +155,36 @@ def _run(folder: Path, external: External, command: list[str]) -> None:
             assert process.stdin is not None
             process.stdin.close()
             process.wait()
-    text = (folder / LOG).read_text(encoding="utf-8", errors="replace").strip()
-    name, tail = Path(command[0]).name, f": {' / '.join(text[-TAIL:].splitlines()[-3:])}" if text else ""
+    log_file, end = folder / LOG, _end_of(folder / LOG)
+    name, tail = Path(command[0]).name, f": {' / '.join(end.splitlines()[-3:])}" if end else ""
     if code == guard.TIME_IS_UP and time.perf_counter() - begun >= external.time_limit:
         raise RunFailed(f"{name} was stopped at external.time_limit = {external.time_limit:g} s{tail}")
     if code != 0:
-        _raise_machine_failure(name, code, text)
+        _raise_machine_failure(name, code, log_file)
         raise RunFailed(f"{name} {_ended(code)}{tail}")
-    if external.success is not None and external.success not in text:
+    if external.success is not None and not _holds(log_file, external.success):
         raise RunFailed(f'{name} has not written "{external.success}"{tail}')
 
 
-def _raise_machine_failure(name: str, code: int, log: str) -> None:
+def _end_of(log_file: Path) -> str:
+    """Last characters of a log, at most TAIL, blanks at its end left out; a solver may write gigabytes."""
+    with log_file.open("rb") as file:
+        file.seek(max(log_file.stat().st_size - END, 0))
+        return file.read().decode(errors="replace").strip()[-TAIL:]
+
+
+def _holds(log_file: Path, text: str) -> bool:
+    """Whether a log has a text anywhere; it is not read into memory."""
+    if not log_file.stat().st_size:
+        return False
+    with log_file.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        return content.find(text.encode()) >= 0
+
+
+def _raise_machine_failure(name: str, code: int, log_file: Path) -> None:
     """Raise MachineFailure where the log names a full disk or memory, or the exit code a signal from outside."""
     for error in MACHINE_ERRORS:
-        if os.strerror(error) in log:
+        if _holds(log_file, os.strerror(error)):
             raise MachineFailure(f"{name} stopped: {os.strerror(error)}", "free some and run the same command again")
     killed = guard.signal_of(code)
     if killed in [getattr(signal, word, None) for word in FROM_OUTSIDE]:

@@ -11,7 +11,7 @@ Posterior of one model: the 95 % interval of an effect's size, and draws of para
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -26,6 +26,7 @@ from birdstrike.inversion.diagnosis.inference.gaussians import (
     Directions,
     Grams,
     Indices,
+    Information,
     Reduced,
     covariance_of,
     cut_off_at_zero,
@@ -53,7 +54,7 @@ UNNAMED = (0.03, 0.1, 0.3, 1.0)
 """Plausible sizes by which the model's physics may err in every direction of the library, each as likely: from a model
 of the very test to one that is as wrong as what a laboratory cannot measure."""
 SAME = 1e-9  # relative difference of two signatures that are one
-MOST_NUMBERS = 4e7  # in the matrices of the nodes that are reduced at once: 320 MB
+MOST_NUMBERS = 2e5  # in the matrices of the nodes that are reduced at once: what a core's cache holds, 1.6 MB
 NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
 
 
@@ -183,38 +184,61 @@ class ModelTester:
         """(nodes, r) prior standard deviations of directions."""
         return np.hstack([self.sizes(nodes), np.tile(directions.errors, (len(nodes), 1))])
 
-    def reduced(
+    def information(
         self,
         grams: Grams,
         nodes: Indices,
         columns: Sequence[int],
         directions: Directions | None = None,
         held: Array | None = None,
-    ) -> Reduced:
+    ) -> Information:
         """Columns, the residual first, with directions, by default the free ones, integrated out.
 
         held: (r,) of the calibrated parameters, in the coordinates of `columns`, where they are not integrated out.
         """
+        J, c, d = len(self.rotation), len(columns), self.sizes(nodes)
+        S, logdet = np.empty((len(nodes), c, c)), np.empty(len(nodes))
+        kept = None if held is None else np.vstack([np.zeros((J, c)), np.eye(c)])
+        if kept is not None:
+            kept[:J, 0] = -np.asarray(held)
+        for own, to, inner, _, volume in self._but_parameters(grams, nodes, columns, directions):
+            if kept is not None:
+                S[own], logdet[own] = (kept.T @ inner @ kept)[to], volume[to]
+            else:
+                S[own], _, logdet[own] = integrated(inner[to], d[own, :J])
+                logdet[own] += volume[to]
+        return Information(S, logdet)
+
+    def reduced(
+        self, grams: Grams, nodes: Indices, columns: Sequence[int], directions: Directions | None = None
+    ) -> Reduced:
+        """`information` with what the directions were: costlier."""
         out = directions or self.directions()
-        J, c, d = len(self.rotation), len(columns), self.deviations_of(out, nodes)
-        turned = np.eye(J + c)
-        if held is not None:
-            turned[:J, J], d[:, :J] = -held, 0.0
-        every = [*out.columns[J:], *out.columns[:J], *columns]
+        J, c, d = len(self.rotation), len(columns), self.sizes(nodes)
         S, W = np.empty((len(nodes), c, c)), np.empty((len(nodes), len(out.columns), c))
         V, logdet = np.empty((len(nodes), J, J)), np.empty(len(nodes))
-        # all but the parameters first: it is costly, and the same at every distance of the birds
-        alike, chosen, at = np.unique(nodes % self.period, return_index=True, return_inverse=True)
-        step = max(int(MOST_NUMBERS / len(every) ** 2), 1)
-        for first in range(0, len(alike), step):
-            part, own = slice(first, first + step), np.flatnonzero((at >= first) & (at < first + step))
-            inner, taken, volume = integrated(grams.at(alike[part], every), d[chosen[part], J:])
-            inner, taken, to = turned.T @ inner @ turned, taken @ turned, at[own] - first
+        for own, to, inner, taken, volume in self._but_parameters(grams, nodes, columns, out):
             S[own], W[own, :J], logdet[own] = integrated(inner[to], d[own, :J])
             V[own] = covariance_of(inner[to, :J, :J], d[own, :J])
             by_parameters = taken[to, :, :J] @ (d[own, :J, None] * W[own, :J])
             W[own, J:], logdet[own] = taken[to, :, J:] - by_parameters, logdet[own] + volume[to]
-        return Reduced(S, W, V, logdet, out)
+        return Reduced(S, logdet, W, V)
+
+    def _but_parameters(
+        self, grams: Grams, nodes: Indices, columns: Sequence[int], directions: Directions | None
+    ) -> Iterator[tuple[Indices, Indices, Array, Array, Array]]:
+        """`integrated` of parameters and columns, all other directions integrated out, for part after part of nodes.
+
+        It is costly, and the same at every distance of the birds: places of the part's nodes among `nodes`, for each of
+        them the place in what follows, then S, W, log det. A part of the matrices stays in the processor's cache.
+        """
+        out, J = directions or self.directions(), len(self.rotation)
+        every = [*out.columns[J:], *out.columns[:J], *columns]
+        alike, chosen, at = np.unique(nodes % self.period, return_index=True, return_inverse=True)
+        d = self.deviations_of(out, nodes[chosen])[:, J:]
+        for part, whole in grams.in_parts(alike, every, max(int(MOST_NUMBERS / len(every) ** 2), 1)):
+            own = np.flatnonzero((at >= part.start) & (at < part.stop))
+            yield own, at[own] - part.start, *integrated(whole, d[part])
 
     def likely_combinations(self, labels: Sequence[str], share: float) -> set[int]:
         """Numbers of the combinations of amplitudes whose posterior weight is `share` of the best one's or more.
@@ -227,13 +251,13 @@ class ModelTester:
         nodes, at = np.flatnonzero(ends), [self.system.at[label].start for label in labels]
         widest = np.full(len(at), self.deviations.max())
         directions = Directions(np.concatenate([self.free, np.array(at, dtype=int)]), widest)
-        found = self.reduced(self.grams, nodes, [0], directions)
+        found = self.information(self.grams, nodes, [0], directions)
         logs = self.log_weights[nodes] - 0.5 * (found.S[:, 0, 0] + self.grams.logdet[nodes] + found.logdet)
         best = logs.reshape(-1, len(self.known.combinations())).max(axis=0)
         return set(np.flatnonzero(best > best.max() + np.log(share)).tolist())
 
     @cached_property
-    def singles(self) -> tuple[dict[str, int], Reduced]:
+    def singles(self) -> tuple[dict[str, int], Information]:
         """The residual and every effect's signature at all nodes; label -> place among them, 0 the residual."""
         labels = [
             name
@@ -241,7 +265,7 @@ class ModelTester:
             if name not in ("y", "J", "unnamed", "nuisance", "changed", "lattice") and not name.startswith("error of ")
         ]
         columns = [0, *(self.system.at[name].start for name in labels)]
-        return {name: i + 1 for i, name in enumerate(labels)}, self.reduced(
+        return {name: i + 1 for i, name in enumerate(labels)}, self.information(
             self.grams, np.arange(len(self.combinations)), columns
         )
 
@@ -273,19 +297,19 @@ class ModelTester:
         """
         first, nodes = self.system.at["nuisance"].stop, np.arange(len(self.combinations))
         grams = Grams.of(self.system.blocks, np.hstack([self.columns[:, :first], changes]), self.combinations)
-        reduced = self.reduced(grams, nodes, [0, *range(first, first + len(sizes))])
+        reduced = self.information(grams, nodes, [0, *range(first, first + len(sizes))])
         quadratic = np.einsum("nii->ni", reduced.S)[:, 1:] - 2.0 * reduced.S[:, 0, 1:]
         quadratic += (reduced.S[:, 0, 0] + grams.logdet + reduced.logdet)[:, None]
         logs = np.logaddexp.reduce(self.log_weights[:, None] - 0.5 * quadratic, axis=0)
         prior = np.logaddexp.reduce(norm.logpdf(sizes[:, None], scale=self.deviations), axis=1)
         return float(sizes[(logs + prior).argmax()])
 
-    def _without_errors(self, hypothesis: Hypothesis, nodes: Indices) -> tuple[Reduced, Grams]:
+    def _without_errors(self, hypothesis: Hypothesis, nodes: Indices) -> tuple[Information, Grams]:
         """Residual and signatures at some nodes, the signatures taken for exact."""
         if hypothesis.label == SOMETHING_ELSE:
-            return self.reduced(self.other_grams, nodes, [0]), self.other_grams
+            return self.information(self.other_grams, nodes, [0]), self.other_grams
         index, quick = self.singles
-        return quick.at(nodes).of([0, *(index[one.label] for one in hypothesis.members)]), self.grams
+        return quick.at(nodes, [0, *(index[one.label] for one in hypothesis.members)]), self.grams
 
     def columns_of(self, members: Sequence[str]) -> list[int]:
         """Of the residual and of effects' signatures."""
@@ -304,7 +328,7 @@ class ModelTester:
         members = [one.label for one in hypothesis.members]
         nodes = np.arange(len(self.combinations)) if only is None else only
         grams = self.grams_of(hypothesis)
-        reduced = self.reduced(grams, nodes, self.columns_of(members), self.directions(members, sizes))
+        reduced = self.information(grams, nodes, self.columns_of(members), self.directions(members, sizes))
         return np.logaddexp.reduce(self.weighed(hypothesis, nodes, reduced, grams)[0], axis=0)
 
     def at_best(self, evidence: Evidence) -> float:
@@ -318,8 +342,8 @@ class ModelTester:
         learnt = [self.system.at.get(f"error of {label}", slice(0, 0)) for label in members]
         stays = ~np.isin(directions.columns, [column for one in learnt for column in range(one.start, one.stop)])
         known = Directions(directions.columns[stays], directions.errors[stays[len(self.free) :]])
-        reduced = self.reduced(self.grams, nodes, columns, directions)
-        best = replace(reduced, logdet=self.reduced(self.grams, nodes, columns, known).logdet)
+        free = self.information(self.grams, nodes, columns, directions)
+        best = replace(free, logdet=self.information(self.grams, nodes, columns, known).logdet)
         return float(np.logaddexp.reduce(self.weighed(evidence.hypothesis, nodes, best, self.grams)[0], axis=None))
 
     def joint(self, hypothesis: Hypothesis, sizes: Sequence[float]) -> float:
@@ -340,12 +364,12 @@ class ModelTester:
         """(nodes,) log density of records, parameters at the places, and nodes."""
         held = self.rotation @ self.system.dz
         columns = self.columns_of([one.label for one in hypothesis.members])
-        logs = self.weighed(hypothesis, nodes, self.reduced(grams, nodes, columns, directions, held), grams)[0]
+        logs = self.weighed(hypothesis, nodes, self.information(grams, nodes, columns, directions, held), grams)[0]
         prior = norm.logpdf(held, scale=self.sizes(nodes)[:, : len(held)]).sum(axis=1)
         return np.asarray(np.logaddexp.reduce(logs, axis=0) + prior)
 
     def weighed(
-        self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, grams: Grams
+        self, hypothesis: Hypothesis, nodes: Indices, reduced: Information, grams: Grams
     ) -> tuple[Array, Array, Array]:
         """Log marginal likelihood, magnitudes and their covariance, in prior standard deviations.
 
@@ -370,8 +394,8 @@ class ModelTester:
         w = np.exp(logs - evidence)
         h, h_cov, beside_unnamed = self._sizes(hypothesis, nodes, w, best, covariance)
         d = self.sizes(nodes)
-        W = reduced.W[:, : d.shape[1]]
-        places = d * (W[:, :, 0] - np.einsum("nrc,snc->snr", W[:, :, 1:], beside_unnamed))
+        W, q = whole.W[:, : d.shape[1]], len(hypothesis.members)
+        places = d * (W[:, :, 0] - np.einsum("nrc,snc->snr", W[:, :, 1 : 1 + q], beside_unnamed))
         z = np.einsum("sn,snr->r", w, places)
         count = len(self.rotation)
         z_cov, by_lattice = self._covariances(hypothesis, nodes, w, whole, covariance)
@@ -548,7 +572,18 @@ def draws(
     hypothesis, weights = evidence.hypothesis, evidence.weights
     nodes = np.sort(rng.choice(len(weights), count, p=weights / weights.sum()))
     at, parts = tester.system.at["J"], _parts_of_sizes(tester, hypothesis.members)
-    x = np.vstack([_drawn_at(tester, evidence, int(n), int((nodes == n).sum()), parts, rng) for n in np.unique(nodes)])
+    members, grams = [one.label for one in hypothesis.members], tester.grams_of(hypothesis)
+    columns, directions = tester.columns_of(members), tester.directions(members, evidence.h)
+    used, counts = np.unique(nodes, return_counts=True)
+    logs = tester.weighed(hypothesis, used, tester.information(grams, used, columns, directions), grams)[0]
+    every = [0, *tester.free, *columns[1:], *directions.columns[len(tester.free) :]]
+    factors, drawn = tester.prior_deviations(len(members)), list[Array]()
+    for (_, gram), own, of_size, count in zip(
+        grams.in_parts(used, every, 1), tester.sizes(used), softmax(logs, axis=0).T, counts, strict=True
+    ):
+        d = np.array([np.concatenate([own, factor, directions.errors]) for factor in factors])
+        drawn.append(_drawn_at(hypothesis, d, gram[0], rng.multinomial(count, of_size), parts, rng))
+    x = np.vstack(drawn)
     least = [0.0 if one.one_sided else -np.inf for one in hypothesis.members]  # 0 but for rounding
     return x[:, : at.stop - at.start] @ tester.rotation, np.maximum(_sizes(x, parts), least), nodes
 
@@ -568,22 +603,22 @@ def _sizes(x: Array, parts: Sequence[Sequence[int]]) -> Array:
 
 
 def _drawn_at(
-    tester: ModelTester,
-    evidence: Evidence,
-    node: int,
-    count: int,
+    hypothesis: Hypothesis,
+    deviations: Array,
+    gram: Array,
+    counts: Sequence[int] | Array,
     parts_of_sizes: Sequence[Sequence[int]],
     rng: np.random.Generator,
 ) -> Array:
-    """(count, r + q + ...) free directions, magnitudes and what is not known of signatures, at one node."""
-    hypothesis, number = evidence.hypothesis, np.array([node])
-    members, grams = [one.label for one in hypothesis.members], tester.grams_of(hypothesis)
-    columns, directions = tester.columns_of(members), tester.directions(members, evidence.h)
-    logs, _, _ = tester.weighed(hypothesis, number, tester.reduced(grams, number, columns, directions), grams)
-    gram = grams.at(number, [0, *tester.free, *columns[1:], *directions.columns[len(tester.free) :]])[0]
-    parts, factors = [], tester.prior_deviations(len(members))
-    for factor, due in zip(factors, rng.multinomial(count, softmax(logs[:, 0])), strict=True):
-        d = np.concatenate([tester.sizes(number)[0], factor, directions.errors])
+    """(count, r + q + ...) free directions, magnitudes and what is not known of signatures, at one node.
+
+    deviations: (sizes of the prior, ...) of all these; counts: draws for each of the sizes; gram: of the residual and
+    their columns at the node.
+    """
+    parts = []
+    for d, due in zip(deviations, counts, strict=True):
+        if not due:
+            continue
         inverse = np.linalg.inv(d[:, None] * gram[1:, 1:] * d + np.eye(len(d)))
         mean, chol = inverse @ (d * gram[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
         parts.append(_possible(hypothesis.members, parts_of_sizes, d * mean, d[:, None] * chol, int(due), rng))

@@ -7,8 +7,8 @@ be negative: their distribution is normal, cut off at 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -58,12 +58,21 @@ class Grams:
 
     def at(self, nodes: Indices, columns: Sequence[int]) -> Array:
         """(nodes, q, q) of some columns."""
-        whole = np.zeros((len(nodes), len(columns), len(columns)))
+        return next(whole for _, whole in self.in_parts(nodes, columns, len(nodes)))
+
+    def in_parts(self, nodes: Indices, columns: Sequence[int], step: int) -> Iterator[tuple[slice, Array]]:
+        """The same for `step` nodes after the other, with their places among `nodes`."""
+        each = []
         for x, weights, index in zip(self.x, self.weights, self.index, strict=True):
             own = x[:, np.asarray(columns)]
             used, back = np.unique(index[nodes], return_inverse=True)
-            whole += np.array([own.T @ (weights[i][:, None] * own) for i in used])[back]
-        return whole
+            roots = np.sqrt(weights[used])[:, :, None] * own
+            each.append((roots.transpose(0, 2, 1) @ roots, back))
+        for first in range(0, len(nodes), step):
+            part, whole = slice(first, first + step), 0.0
+            for products, back in each:
+                whole = whole + products[back[part]]
+            yield part, np.asarray(whole)
 
     def node(self, number: int) -> Array:
         """(m, m) of one combination, all columns."""
@@ -80,27 +89,34 @@ class Directions:
 
 
 @dataclass(frozen=True)
-class Reduced:
+class Information:
     """Some columns with parameters, unnamed errors and errors of signatures integrated out, at some nodes.
 
-    S: (nodes, c, c) their information; W: (nodes, r, c) what the directions take of them; V: (nodes, k, k) covariance
-    of the parameters, the columns known; logdet: (nodes,).
+    S: (nodes, c, c) their information; logdet: (nodes,).
     """
 
     S: Array
+    logdet: Array
+
+    def of(self, columns: Sequence[int]) -> Information:
+        """Of some of the columns, the residual first."""
+        at = np.asarray(columns)
+        return Information(self.S[:, at[:, None], at], self.logdet)
+
+    def at(self, nodes: Indices, columns: Sequence[int]) -> Information:
+        """Of some of the columns, the residual first, at some of the nodes."""
+        at = np.asarray(columns)
+        return Information(self.S[nodes[:, None, None], at[:, None], at], self.logdet[nodes])
+
+
+@dataclass(frozen=True)
+class Reduced(Information):
+    """The same with what the directions were. W: (nodes, r, c) what they take of the columns; V: (nodes, k, k)
+    covariance of the parameters, the columns known.
+    """
+
     W: Array
     V: Array
-    logdet: Array
-    directions: Directions
-
-    def of(self, columns: Sequence[int]) -> Reduced:
-        """Of some of the columns, the residual first."""
-        at = list(columns)
-        return replace(self, S=self.S[:, at][:, :, at], W=self.W[:, :, at])
-
-    def at(self, nodes: Indices) -> Reduced:
-        """At some of the nodes."""
-        return replace(self, S=self.S[nodes], W=self.W[nodes], V=self.V[nodes], logdet=self.logdet[nodes])
 
 
 def integrated(whole: Array, d: Array) -> tuple[Array, Array, Array]:

@@ -11,7 +11,13 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
 from birdstrike.inversion.diagnosis.preparation.discrepancy import alike
-from birdstrike.inversion.diagnosis.preparation.shots import TIME_OFFSET, Shot, instrument_effects, responses_of
+from birdstrike.inversion.diagnosis.preparation.shots import (
+    TIME_OFFSET,
+    InstrumentEffect,
+    Shot,
+    instrument_effects,
+    responses_of,
+)
 from birdstrike.inversion.estimation.prior import NormalPrior
 
 UNSEEN_SHARE = 1e-6  # of the peak: a signature below it moves no sensor of that kind
@@ -46,6 +52,21 @@ class Linearisation:
     def means(self) -> list[Array]:
         """(n,) those at each record's points."""
         return [shot.sample(grid[None])[0] for shot, grid in zip(self.shots, self.grids, strict=True)]
+
+    @cached_property
+    def unnamed(self) -> list[dict[str, InstrumentEffect | None]]:
+        """Of each shot the small errors that it can have: label -> the fault; None of an effect of the solver."""
+        found: list[dict[str, InstrumentEffect | None]] = []
+        for shot in self.shots:
+            faults = instrument_effects(shot.setup.plan.case, shot.setup.channels)
+            own: dict[str, InstrumentEffect | None] = dict.fromkeys(shot.setup.responses)
+            found.append(own | {one.label: one for one in faults if len(one.sensors) == 1 or one.label == TIME_OFFSET})
+        return found
+
+    @property
+    def unnamed_labels(self) -> tuple[str, ...]:
+        """All of them: effects of the solver, then faults."""
+        return tuple(dict.fromkeys([*responses_of(self.shots), *(label for own in self.unnamed for label in own)]))
 
     @cached_property
     def priors(self) -> dict[str, NormalPrior]:
@@ -102,9 +123,9 @@ class Linearisation:
         kinds = [np.array(shot.kinds)[shot.record.channel] for shot in self.shots]
         return np.flatnonzero(np.concatenate(kinds) == kind)
 
-    def by_shot(self, column: Array) -> list[Array]:
-        """The shots' parts of a column over all records."""
-        return np.split(column, np.cumsum([len(shot.record.values) for shot in self.shots])[:-1])
+    def by_shot(self, columns: Array) -> list[Array]:
+        """The shots' parts of columns (n, ...) over all records."""
+        return np.split(columns, np.cumsum([len(shot.record.values) for shot in self.shots])[:-1])
 
 
 @dataclass(frozen=True)
@@ -162,31 +183,34 @@ def signature(one: CandidateEffect, at: Linearisation) -> Array:
     return np.concatenate(parts)
 
 
-def unnamed_errors(at: Linearisation, h: Mapping[str, float] | None = None) -> list[Array]:
-    """(n, q) of each shot: small errors of model and instruments, of the solver's effects, then of every sensor.
-
-    Each of a plausible size; baselines have them too. h: sizes of the effects that a measured shot has, beside which
-    its instruments err. 0 in a shot that cannot have an error, because its case states that effect or has not the
-    sensor.
+def unnamed_errors(at: Linearisation, h: Mapping[str, float] | None = None) -> Array:
+    """(n, q) small errors of model and instruments, of the solver's effects, then of every sensor: `unnamed_error` of
+    all labels; h: sizes of the effects that a measured shot has.
 
     Model and test differ by a little of everything that the library lists and more; without these directions every such
     error would be named as the effect that it imitates (Brynjarsdottir & O'Hagan, Inverse Problems 30 (2014) 114007).
     They belong to rig and model, and all shots share them. So does the clock of all sensors: what counts as contact.
     """
-    found: list[dict[str, Array]] = []
-    for shot, own, grid in zip(at.shots, at.z, at.grids, strict=True):
-        responses, sizes = shot.setup.responses, {} if shot.baseline or h is None else h
-        known = instrument_effects(shot.setup.plan.case, shot.setup.channels)
-        faults = [one for one in known if len(one.sensors) == 1 or one.label == TIME_OFFSET]
-        rows = {name: shot.response_to(name, own) for name in responses}
-        rows |= {one.label: shot.instrument_signature(one, grid, sizes.get(one.label, 0.0)) for one in faults}
-        found.append(rows)
-    labels = [*(effects := responses_of(at.shots)), *dict.fromkeys(n for own in found for n in own if n not in effects)]
-    counts = [len(shot.record.values) for shot in at.shots]
-    return [
-        np.array([own.get(label, np.zeros(n)) for label in labels]).reshape(len(labels), n).T
-        for own, n in zip(found, counts, strict=True)
-    ]
+    labels, sizes = at.unnamed_labels, h or {}
+    rows = [unnamed_error(at, label, sizes.get(label, 0.0)) for label in labels]
+    return np.array(rows).reshape(len(labels), sum(map(len, at.means))).T
+
+
+def unnamed_error(at: Linearisation, label: str, h: float = 0.0) -> Array:
+    """(n,) a small error of a plausible size; baselines have it too.
+
+    h: size of the effect that a measured shot has, beside which its instrument errs. 0 in a shot that cannot have the
+    error, because its case states that effect or has not the sensor.
+    """
+    parts: list[Array] = []
+    for shot, z, grid, known in zip(at.shots, at.z, at.grids, at.unnamed, strict=True):
+        if label not in known:
+            parts.append(np.zeros(len(shot.record.values)))
+        elif (fault := known[label]) is None:
+            parts.append(shot.response_to(label, z))
+        else:
+            parts.append(shot.instrument_signature(fault, grid, 0.0 if shot.baseline else h))
+    return np.concatenate(parts)
 
 
 def paired(factors: Sequence[Mapping[str, Array]], points: Sequence[int]) -> list[Array]:

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
+from scipy.linalg import block_diag, eigh, solve_triangular
 from scipy.special import eval_legendre
 
 from birdstrike.data.histories import Array
@@ -36,6 +36,7 @@ from birdstrike.inversion.diagnosis.inference.linearisation import (
     change,
     paired,
     signature,
+    unnamed_error,
     unnamed_errors,
 )
 from birdstrike.inversion.diagnosis.preparation.discrepancy import (
@@ -60,14 +61,14 @@ FAST = 0.3  # of that variance: ringing of shells and contact, which repeats in 
 def model_error(
     at: Linearisation,
     kind: str,
-    library: Sequence[Array],
+    library: Array,
     known: Amplitudes,
     shapes: Mapping[str, Shape],
     length: float,
 ) -> tuple[Array, Array]:
     """(n, n) of what shots share, and of what each has for itself, for an amplitude of 1 of one kind of sensor.
 
-    length: factor on the lengths over which what they share changes with the parameters.
+    library: (n, q) its signatures; length: factor on the lengths over which what they share changes with parameters.
     """
     along = _along_library(at, library, kind)
     grown = _grown(at, along, shapes) if kind in known.learnt else None
@@ -136,10 +137,10 @@ def _scattered(at: Linearisation, kind: str) -> Array:
     return np.asarray(block_diag(*blocks))
 
 
-def _along_library(at: Linearisation, library: Sequence[Array], kind: str) -> list[Array]:
+def _along_library(at: Linearisation, library: Array, kind: str) -> list[Array]:
     """(q, n) of each shot: the library's signatures in one kind of sensor, alike in size, for an amplitude of 1."""
     found = []
-    for shot, own, peak in zip(at.shots, library, at.peaks, strict=True):
+    for shot, own, peak in zip(at.shots, at.by_shot(library), at.peaks, strict=True):
         of_kind = np.array(shot.kinds)[shot.record.channel] == kind
         rows = np.where(of_kind, own.T, 0.0)
         power = ((rows / peak[shot.record.channel]) ** 2).sum(axis=1) / max(of_kind.sum(), 1)
@@ -177,7 +178,9 @@ def _block(shot: Shot, other: Shot, kind: str, shapes: Mapping[str, Shape], peak
 def something_else(
     at: Linearisation, kind: str, signatures: Mapping[str, Array], found: Sequence[CandidateEffect]
 ) -> Array:
-    """(n, n) of something else: smooth in time, as large as the library's signatures are, in the measured shots."""
+    """(p, p) of something else in the records of one kind of sensor: smooth in time, as large as the library's
+    signatures are, in the measured shots.
+    """
     own = [signatures[one.label] ** 2 for one in found if one.response]
     size = np.sqrt(np.mean(own, axis=0)) if own else np.zeros(sum(len(shot.record.values) for shot in at.shots))
     blocks, first = [], 0
@@ -186,7 +189,9 @@ def something_else(
             n = len(trace.values)
             own = size[first : first + n]
             first += n
-            if shot.baseline or shot.kinds[i] != kind:
+            if shot.kinds[i] != kind:
+                continue
+            if shot.baseline or not own.any():
                 blocks.append(np.zeros((n, n)))
                 continue
             t = trace.middle
@@ -338,13 +343,9 @@ class Block:
     @classmethod
     def of(cls, kind: str, rows: np.ndarray, F: Array, U: Array) -> Block:
         """From the two covariances."""
-        L = cholesky(F, lower=True)
-        inner = solve_triangular(L, solve_triangular(L, U, lower=True).T, lower=True)
-        lam, V = eigh(0.5 * (inner + inner.T))
-        T = solve_triangular(L, V, lower=True, trans=1).T
-        return cls(
-            kind=kind, rows=rows, T=T, lam=np.maximum(lam, 0.0), logdet=2.0 * float(np.log(np.diag(L)).sum()), F=F, U=U
-        )
+        lam, V = eigh(U, F)
+        logdet = 2.0 * float(np.log(np.diag(np.linalg.cholesky(F))).sum())
+        return cls(kind=kind, rows=rows, T=V.T, lam=np.maximum(lam, 0.0), logdet=logdet, F=F, U=U)
 
 
 @dataclass(frozen=True)
@@ -410,12 +411,13 @@ def build(
     for kind in known.nodes:
         rows = at.rows(kind)
         cut = np.ix_(rows, rows)
+        of_kind = Whitener(noise[cut])  # channels are independent
         together, apart = model_error(at, kind, library, known, shapes, options.parameter_length)
-        shared, own = white.both(together), white.both(apart)
+        shared, own = of_kind.both(together[cut]), of_kind.both(apart[cut])
         free, held = (own, shared) if kind in known.learnt else (without_baseline(shared, own), own)
-        F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
-        blocks.append(Block.of(kind, rows, F, free[cut]))
-        smooth[kind] = white.both(something_else(at, kind, signatures, found))[cut]
+        F = np.eye(len(rows)) + numerical[rows] @ numerical[rows].T + known.fixed[kind] ** 2 * held
+        blocks.append(Block.of(kind, rows, F, free))
+        smooth[kind] = of_kind.both(something_else(at, kind, signatures, found))
     variances = at.by_shot((directions**2).sum(axis=1))
     return System(
         blocks=tuple(blocks),
@@ -432,7 +434,7 @@ def build(
 
 
 def _columns(
-    at: Linearisation, found: Sequence[CandidateEffect], signatures: Mapping[str, Array], library: Sequence[Array]
+    at: Linearisation, found: Sequence[CandidateEffect], signatures: Mapping[str, Array], library: Array
 ) -> dict[str, Array]:
     """(n, ...) by name, not whitened: residual, parameters, unnamed errors, nuisances, effects with their errors."""
     sizes = at.places.h
@@ -444,7 +446,7 @@ def _columns(
     parts: dict[str, Array] = {
         "y": y[:, None],
         "J": np.asarray(block_diag(*(J.T * p.sd for J, p in zip(at.jacobians, at.priors.values(), strict=True)))),
-        "unnamed": np.vstack(unnamed_errors(at, sizes) if bent else library),
+        "unnamed": unnamed_errors(at, sizes) if bent else library,
         "nuisance": _nuisances(at),
     }
     for one in found:
@@ -487,7 +489,11 @@ def with_fault(system: System, one: CandidateEffect, shots: Sequence[Shot], plac
     at, white, old = Linearisation(shots, places), Whitener(system.noise), system.at
     parts = {name: system.columns[:, old[name]] for name in ("y", "J", "unnamed", "nuisance")}
     parts["y"] = parts["y"] - white(change(one, at, places.h[one.label])[:, None])
-    parts["unnamed"] = white(np.vstack(unnamed_errors(at, places.h)))
+    if one.label in (labels := at.unnamed_labels):  # of which its size changes that alone
+        parts["unnamed"] = parts["unnamed"].copy()
+        parts["unnamed"][:, labels.index(one.label)] = white(
+            unnamed_error(at, one.label, places.h[one.label])[:, None]
+        )[:, 0]
     parts[one.label] = white(signature(one, at)[:, None])
     parts |= {name: system.columns[:, old[name]] for name in ("changed", "lattice")}
     return replace(system, columns=np.hstack(list(parts.values())), at=_places_of(parts))

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -146,6 +147,22 @@ def test_a_program_that_is_not_there_is_the_user_s_error_and_no_failed_run(tmp_p
     with pytest.raises(FileNotFoundError, match=r"external\.command names no program"):
         campaign(case, tmp_path / "out")
     assert RunStore(tmp_path / "out" / "runs").failed_keys() == []
+
+
+def test_a_long_log_is_searched_where_it_lies(tmp_path: Path) -> None:
+    program, megabytes = tmp_path / "writes.py", 32
+    program.write_text(f"print('No normal end')\nfor _ in range({megabytes}): print('x' * 1000000)\nprint('the end')\n")
+    case = changed(tmp_path, str(PROGRAM), str(program))
+    tracemalloc.start()
+    try:
+        with pytest.raises(RunFailed, match=r'has not written "N o r m a l .*/ the end'):
+            simulate_external(case)
+        assert tracemalloc.get_traced_memory()[1] < 8e6
+        found = case.external.model_copy(update={"success": "No normal end"})  # type: ignore[union-attr]
+        with pytest.raises(RunFailed, match="has written no nodout"):
+            simulate_external(case.model_copy(update={"external": found}))
+    finally:
+        tracemalloc.stop()
 
 
 @pytest.mark.parametrize("scratch", ["missing", "file"])
