@@ -20,7 +20,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.data.paths import resolve_measured
 from birdstrike.data.storage.files import file_digest, write_atomically
 from birdstrike.data.tables.csv_table import MOST_LINES, Column, CsvTable, first_of, read_table
-from birdstrike.data.tables.loose_table import import_line
+from birdstrike.data.tables.import_line import import_line
 from birdstrike.data.units import ACCEPTED, DISPLAY, display, in_unit, of_reading
 
 REPEATS = 0.2  # share of rows with the time of the row above, beyond which the clock has too few digits

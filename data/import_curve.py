@@ -6,7 +6,6 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from itertools import pairwise
 from pathlib import Path
 from typing import NoReturn
 
@@ -18,6 +17,7 @@ from birdstrike.data.exports.nodout import is_nodout, read_nodout
 from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import may_hold_tables, reader_of
 from birdstrike.data.storage.files import file_digest
+from birdstrike.data.tables.clock import counts_samples, first_clock, first_filled, is_called_time, is_time, runs_evenly
 from birdstrike.data.tables.csv_table import NAME, Column, CsvTable
 from birdstrike.data.tables.loose_table import (
     MEASURED,
@@ -28,18 +28,12 @@ from birdstrike.data.tables.loose_table import (
     SeveralColumns,
     read_loose_table,
 )
-from birdstrike.data.units import ACCEPTED, dimension, factor, parts, ratio, scaled, si_unit, to_si
+from birdstrike.data.units import ACCEPTED, dimension, factor, is_power, parts, ratio, scaled, si_unit, to_si
 
 RATE_OFF = Decimal("0.02")
 """Share by which a file's own clock and a rate may differ."""
-EVEN = 0.05
-"""Share by which the steps of a clock may differ, for it may have few digits; those of a reading differ more."""
-FEWEST_STEPS = 8
-"""Numbers from which even steps show a clock."""
 _SAMPLES = re.compile(r"([kKM]?)(?:fps|frames/s|Sa?/s|samples/s|Sa?ps|SPS)")
 """Samples or frames a second, with a thousand or a million of them; pint takes them for feet and siemens."""
-_TIME = re.compile(r"(time|zeit|temps|tiempo|t)(?![a-z])", re.IGNORECASE)
-"""Beginning of the name of a clock."""
 _FACTOR = re.compile(
     r"(?:(?<!\w)x|[\u00d7*\u00b7])\s*"
     r"(?:10\s*(?:\^|\*\*)\s*\(?[+-]?\d+|10\s*(?:[-\u2212][369]|[\u207a\u207b]?[\u00b9\u00b2\u00b3\u2070-\u2079]+)"
@@ -89,8 +83,9 @@ class ImportOptions:
 
 
 def strain_beyond(reached: float) -> str:
-    """What a curve without a unit is said to be where no gauge survives its largest reading; empty for a strain."""
-    return f"without a unit it is a strain, and it reaches {reached:.4g}" if reached > STRAIN else ""
+    """What is said of a strain as it was read where no gauge survives its largest reading; empty for any other."""
+    said = f"it was read as a strain of up to {reached:.4g} (1 is 100 %), which no gauge survives"
+    return said if reached > STRAIN else ""
 
 
 def import_record(path: str | Path, options: ImportOptions) -> Measured:
@@ -141,50 +136,19 @@ def _clock_place(table: LooseTable, options: ImportOptions) -> int | None:
     named = table.index(options.time) if options.time else None
     if not options.rate:
         return first_clock(table) if named is None else named
-    place = _first_filled(table) if named is None else named
+    place = first_filled(table) if named is None else named
     own = table.heads[place].unit if table.heads else None
     read = [table.names.index(name) for name in options.sensors if name in table.names]
     read += [table.index(column) for column in options.sensors.values() if column]
     may_count = bool(options.time) or (table.width > 1 and place not in read)
     if own is None and may_count and counts_samples(table, place):
         return place
-    if options.time and not _is_time(table, place):
+    if options.time and not is_time(table, place):
         raise MeasuredError(
             f"{table.path}: --time {options.time}: with --rate it counts samples, in whole numbers that increase, and "
             "this column does not; leave --time out, then the rows are counted"
         )
     return None
-
-
-def _first_filled(table: LooseTable) -> int:
-    """The first column that holds a number, 0 without any: text, such as a file's name, has been taken out of it."""
-    return next((i for i in range(table.width) if table.filled(i)), 0)
-
-
-def counts_samples(table: LooseTable, index: int) -> bool:
-    """Whether a column counts samples: whole numbers that increase, however they are written."""
-    texts = [cells[index] for _, cells in table.rows]
-    if not all(texts):
-        return False
-    numbers = [float(text) for text in texts]
-    return all(number.is_integer() for number in numbers) and all(a < b for a, b in pairwise(numbers))
-
-
-def first_clock(table: LooseTable) -> int:
-    """The first column that holds a number, or, where that is no time, the only one that is by its unit or name."""
-    first = _first_filled(table)
-    if not table.heads or _is_time(table, first) or _is_called_time(table, first) or _runs_evenly(table, first):
-        return first
-    times = [i for i in range(table.width) if _is_time(table, i)]
-    named = times or [i for i in range(table.width) if _is_called_time(table, i)]
-    return named[0] if len(named) == 1 else first
-
-
-def _is_called_time(table: LooseTable, index: int) -> bool:
-    """Whether a column's head calls it a time and gives it no unit of anything else: Time_w, Zeit 2, t1."""
-    head = table.heads[index]
-    in_time = not head.foreign or head.likely_in(TIME) != ""
-    return head.unit is None and in_time and bool(_TIME.match(head.name))
 
 
 def _refuse_other_clocks(table: LooseTable, clock: int, columns: Mapping[str, int], named: bool) -> None:
@@ -222,22 +186,10 @@ def _is_a_clock(table: LooseTable, index: int, clock: int, read: Collection[int]
 
     read: columns that are a sensor's, and so none by their steps.
     """
-    if _is_time(table, index) or (table.heads and table.names[index].lower() == table.names[clock].lower()):
+    if is_time(table, index) or (table.heads and table.names[index].lower() == table.names[clock].lower()):
         return True
-    may_be = _is_called_time(table, index) if table.heads else index not in read
-    return may_be and _runs_evenly(table, index)
-
-
-def _runs_evenly(table: LooseTable, index: int) -> bool:
-    """Whether a column's numbers increase by even steps, as times do; whole numbers in steps of one are a counter."""
-    texts = [cells[index] for _, cells in table.rows]
-    given = [text for text in texts if text]
-    if len(given) < FEWEST_STEPS or any(texts[len(given) :]):
-        return False
-    values = np.array([float(text) for text in given])
-    step = float(values[-1] - values[0]) / (len(values) - 1)
-    even = step > 0.0 and bool(np.abs(np.diff(values) / step - 1.0).max() < EVEN)
-    return even and not (step == 1.0 and float(values[0]).is_integer())
+    may_be = is_called_time(table, index) if table.heads else index not in read
+    return may_be and runs_evenly(table, index)
 
 
 def _same_times(table: LooseTable, first: int, second: int, shifted: bool) -> bool:
@@ -275,18 +227,12 @@ def _time(table: LooseTable, clock: int | None, options: ImportOptions) -> Colum
     return Column(name, lines[0], "time", "s", np.array(values), texts, lines)
 
 
-def _is_time(table: LooseTable, index: int = 0) -> bool:
-    """Whether a column's head gives it a unit of time."""
-    unit = table.heads[index].unit if table.heads else None
-    return unit is not None and si_unit(unit) == "s"
-
-
 def _begin(table: LooseTable, step: Decimal, counted: Sequence[int]) -> Decimal:
     """Time of sample 0 [s] of a clock made of counted samples: by the first instant of the file's own, else 0.
 
     A file's own clock, whose digits may be too few, must agree with the rate. Raises MeasuredError.
     """
-    place = next((i for i in range(table.width) if _is_time(table, i)), None)
+    place = next((i for i in range(table.width) if is_time(table, i)), None)
     if place is None:
         return Decimal(0)
     unit = table.heads[place].unit or ""
@@ -406,7 +352,7 @@ def _place(table: LooseTable, sensor: str, column: str, clock: int | None, nodou
     if column:
         return table.index(column)
     counter = None if clock in (None, 0) or not counts_samples(table, 0) else 0
-    others = [i for i in range(table.width) if i not in (clock, counter) and not _is_time(table, i)]
+    others = [i for i in range(table.width) if i not in (clock, counter) and not is_time(table, i)]
     others = [i for i in others if table.filled(i)] or others
     if len(others) == 1:
         return others[0]
@@ -420,7 +366,8 @@ def _place(table: LooseTable, sensor: str, column: str, clock: int | None, nodou
                 f'{table.path} has no column beside its clock that could be "{sensor}"; export the curve beside its '
                 f"clock; its columns: {', '.join(table.names)}{table.left_out}"
             ) from None
-        example = "z-disp" if nodout else table.names[others[0]]
+        likely = [i for i in others if table.heads and table.heads[i].unit and si_unit(table.heads[i].unit) in MEASURED]
+        example = "z-disp" if nodout else table.names[(likely or others)[0]]
         raise MeasuredError(
             f'{table.path}: which column is "{sensor}"? Write --sensor {sensor}="{example}"; '
             f"its columns: {', '.join(table.names)}"
@@ -462,7 +409,7 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
         raise MeasuredError(head.fault)
     if name != "time" and not head.likely:
         _refuse_acceleration(column, name, head.foreign)
-    _refuse_factor_of_head(column, name, head.text, options.scales)
+    _refuse_factor_of_head(column, name, head, options.scales)
     if own is None and given is None:
         _refuse_without_unit(table, head, column, name, option)
     if name in options.per:
@@ -523,21 +470,24 @@ def _refuse_unit(column: str, name: str, unit: str) -> None:
         )
 
 
-def factor_of_head(text: str) -> str:
-    """The factor that a column's head states, x10^-3 of Weg x10^-3 [m]; empty where it states none."""
-    match = _FACTOR.search(text)
+def factor_of_head(head: Head) -> str:
+    """The factor that a column's head states, x10^-3 of Weg x10^-3 [m]; empty where it states none.
+
+    A power of ten in the unit's own place, DMS [x10^-6], is a strain's unit.
+    """
+    match = None if is_power(head.unit or "") else _FACTOR.search(head.text)
     return match[0].strip() if match else ""
 
 
-def _refuse_factor_of_head(column: str, name: str, text: str, scales: Mapping[str, float]) -> None:
+def _refuse_factor_of_head(column: str, name: str, head: Head, scales: Mapping[str, float]) -> None:
     """Raises MeasuredError where a head states a factor, Weg x10^-3 [m], and nobody says what it does."""
-    stated = factor_of_head(text)
+    stated = factor_of_head(head)
     if not stated or name in scales:
         return
     remedy = f"say what the readings are still to be multiplied by: --scale {name}=NUMBER, 1 where they are in the unit"
     if name == "time":
         remedy = "put into the head the unit of its numbers alone, without a factor"
-    raise MeasuredError(f'{column}: its head "{text}" states a factor, "{stated}"; {remedy}')
+    raise MeasuredError(f'{column}: its head "{head.text}" states a factor, "{stated}"; {remedy}')
 
 
 def is_acceleration(unit: str) -> bool:

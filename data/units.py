@@ -81,11 +81,19 @@ PLURALS = {
 
 _STRAIN = {
     **dict.fromkeys(("strain", "Strain", "STRAIN"), "m/m"),
-    **dict.fromkeys(("microstrain", "ustrain", "uStrain", "ustr", "ue", "u\u03b5", "ppm"), "um/m"),
+    **dict.fromkeys(("microstrain", "micro strain", "ustrain", "uStrain", "ustr", "ue", "u\u03b5", "ppm"), "um/m"),
     **dict.fromkeys(("millistrain", "mstrain", "\u2030"), "mm/m"),
     **dict.fromkeys(("%", "percent", "% strain"), "cm/m"),
 }
 """Strain gauges' ways to write a ratio."""
+
+_POWERS = {"2": "cm/m", "3": "mm/m", "6": "um/m", "\u00b2": "cm/m", "\u00b3": "mm/m", "\u2076": "um/m"}
+"""Digit of a negative power of ten -> the strain that it stands for as a unit."""
+_POWER = re.compile(
+    r"(?:[x*\u00d7\u00b7\u2219]\s*)?"
+    r"(?:10\s*(?:\^|\*\*)?\s*[-\u2212]([236])|10\u207b([\u00b2\u00b3\u2076])|1?(?:\.0*)?[eE]-0?([236]))"
+)
+"""A power of ten in the place of a strain's unit: 1e-6, 10^-6, 10-6, x10^-3; pint takes its e for a charge."""
 
 OTHER_RATIO = "ratio"
 """Dimension of mV/V and other quotients that are no strain."""
@@ -129,11 +137,19 @@ def _dimensions() -> Mapping[UnitsContainer, str]:
 
 def is_ratio(unit: str) -> bool:
     """Whether a unit is one of strain gauges' ways to write a ratio: microstrain, %."""
-    return _plain_strain(unit) in _STRAIN
+    return bool(_strain(unit))
 
 
-def _plain_strain(unit: str) -> str:
-    return unit.replace("\u03bc", "µ").replace("µ", "u").strip()
+def is_power(unit: str) -> bool:
+    """Whether a unit is a power of ten, of which a strain counts so many: 1e-6, x10^-3."""
+    return _POWER.fullmatch(unit.strip()) is not None
+
+
+def _strain(unit: str) -> str:
+    """The quotient of lengths that a strain gauge's unit stands for; empty for any other unit."""
+    if power := _POWER.fullmatch(unit.strip()):
+        return _POWERS[next(filter(None, power.groups()))]
+    return _STRAIN.get(unit.replace("\u03bc", "µ").replace("µ", "u").strip(), "")
 
 
 @cache
@@ -142,7 +158,7 @@ def _base(unit: str) -> tuple[Decimal, str]:
 
     "kg/m3", "kg/m³" and "N.ms/mm2" are read as engineers mean them.
     """
-    text = _STRAIN.get(_plain_strain(unit), _WORDS.get(unit.strip(), unit))
+    text = _strain(unit) or _WORDS.get(unit.strip(), unit)
     text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", _MILS.sub("thou", text)).replace("²", "^2").replace("³", "^3")
     text = re.sub(r"(?<=[A-Za-z0-9)])[.·](?=[A-Za-z(])", "*", text).replace("µ", "u").replace("\u03bc", "u")
     if found := _KNOWN.get(text):

@@ -237,15 +237,15 @@ def _far_clock(record: Measured) -> Iterator[str]:
 
 
 def _strains_beyond(record: Measured) -> Iterator[str]:
-    """Of channels without a unit, strains, those that no gauge survives: microstrain under a head that says none."""
+    """Of strains those that no gauge survives: microstrain under a head that gives no unit, or another one."""
     from birdstrike.data.histories import largest
     from birdstrike.data.import_curve import strain_beyond
 
     for name, values in record.channels.items():
         if not record.units[name] and (beyond := strain_beyond(abs(float(largest(values))))):
             yield (
-                f"look at {name}: {beyond};"
-                f" microstrain is imported with --scale {name}=1e-6, per cent with --scale {name}=0.01"
+                f"look at {name}: {beyond}; correct the unit in its head, or, where that gives none, import "
+                f"microstrain with --scale {name}=1e-6, per cent with --scale {name}=0.01"
             )
 
 
@@ -304,7 +304,7 @@ def factor_of(text: str) -> tuple[float, str, str]:
     if comma := decimal_comma(text):
         raise UserError(f"--scale {text} {comma}")
     if match is None or not math.isfinite(number):
-        raise UserError(f'--scale {text} is not a number; write --scale -1 to turn a curve round, or "2.5 mm/V"')
+        raise UserError(f'--scale {text} is not a number; write -1 to turn a curve round, or "2.5 mm/V"')
     if number == 0.0:
         raise UserError(f"--scale {text} leaves nothing of the curve; give the factor by which it is multiplied")
     return number, match[2] or "", match[3] or match[4] or ""

@@ -266,6 +266,7 @@ def _imported(begun: Begun, shift: float) -> None:
         shift=text if shift else "",
         simulated=shot.simulated,
         decimal=shot.decimal,
+        table=shot.table,
         encoding=shot.encoding,
     )
 

@@ -5,28 +5,30 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, read_measured
+from birdstrike.data.curves import Measured, measured_from, read_measured
 from birdstrike.data.errors import MeasuredError, UnitError, UserError
+from birdstrike.data.exports.columns import SeveralTables
 from birdstrike.data.formatting import quantity
 from birdstrike.data.histories import Array
 from birdstrike.data.import_curve import (
     STRAIN,
     ImportOptions,
-    counts_samples,
     factor_of_head,
-    first_clock,
     import_record,
     is_acceleration,
     read_export,
     stands_for,
     strain_beyond,
 )
+from birdstrike.data.tables.clock import counts_samples, first_clock
+from birdstrike.data.tables.csv_table import read_table
 from birdstrike.data.tables.loose_table import NOT_UNICODE, Head, LooseTable
 from birdstrike.data.units import ACCEPTED, factor, si_unit, to_si
 from birdstrike.questions.answers import Answers, Key, Question
@@ -55,6 +57,8 @@ CODES, FEWEST = 2, 20
 """Codes for lost readings that a column may have, and readings from which on one is looked for."""
 BY_IMPORT = 'make a record of it by birdstrike import with --rate "200 kHz", and start from that'
 """What to do with a file without a clock, which no question is about."""
+NODE_BY_IMPORT = "make a record of one by birdstrike import with --node, and start from that"
+"""What to do with a nodout of several nodes, which no question is about."""
 KIND_OF_UNIT = {"m": "displacement", "": "strain", "N": "reaction_force", "Pa": "pressure"}
 """SI unit of a column -> what it most likely is."""
 
@@ -103,7 +107,7 @@ class ShotAnswers:
 
     values: dotted case key -> what the case file says; columns: sensor -> column of the file; contact: time of first
     contact on the record's clock, or "unknown"; sigma: its standard deviation, "" where both share a trigger; until:
-    how much of the response is used; time, time_unit, decimal, encoding: of an export, as
+    how much of the response is used; time, time_unit, decimal, table, encoding: of an export, as
     `birdstrike import` takes them; measured: whether the file is a measured-data CSV already.
     """
 
@@ -118,6 +122,7 @@ class ShotAnswers:
     time: str = ""
     time_unit: str = ""
     decimal: str = ""
+    table: str = ""
     encoding: str = ""
     simulated: bool = False
     measured: bool = False
@@ -195,9 +200,8 @@ class Interview:
 
     def _columns(self, record: Path) -> tuple[dict[str, Column], dict[str, str], bool]:
         """Sensor -> column; how clock and file are read; whether the file is a measured-data CSV already."""
-        try:
-            measured = read_measured(record)
-        except (MeasuredError, UnitError):
+        measured = _own_record(record)
+        if measured is None:
             return *self._columns_of_export(record), False
         found: dict[str, Column] = {}
         for name, unit in measured.units.items():
@@ -207,18 +211,18 @@ class Interview:
 
     def _columns_of_export(self, record: Path) -> tuple[dict[str, Column], dict[str, str]]:
         """The same of an export, read as `birdstrike import` reads it."""
-        decimal = ""
+        reading = {"table": self._which_table(record), "decimal": "", "encoding": ""}
         try:
-            table = _table(record)
+            table = _table(record, **reading)
         except MeasuredError as error:
             if "--decimal" not in str(error):
                 raise
             text = "Mark of decimals, which the file leaves open"
-            decimal = self.choice(("record", "decimal"), text, ".", ".", ",")
-            table = _table(record, decimal)
-        encoding = self._encoding(record, decimal, table)
-        if encoding:
-            table = _table(record, decimal, encoding)
+            reading["decimal"] = self.choice(("record", "decimal"), text, ".", ".", ",")
+            table = _table(record, **reading)
+        reading["encoding"] = self._encoding(record, reading, table)
+        if reading["encoding"]:
+            table = _table(record, **reading)
         names = _names(table)
         self.answers.rename("columns", {_text(table, i): name for i, name in enumerate(names)})
         clock = self._time(table, names)
@@ -229,9 +233,25 @@ class Interview:
                 counter = not head.unit and counts_samples(table, i)
                 noise = _text(table, table.noises[i]) if i in table.noises else ""
                 self._column(found, name, "", head, _values(table, i), counter=counter, noise=noise)
-        return _some(found, names), {**clock, "decimal": decimal, "encoding": encoding}
+        return _some(found, names), clock | reading
 
-    def _encoding(self, record: Path, decimal: str, table: LooseTable) -> str:
+    def _which_table(self, record: Path) -> str:
+        """The sheet, group, struct or branch to read, "" of a file that holds one table alone."""
+        several = _several(record)
+        if several is None:
+            return ""
+        check, allowed = of_choice(*several.tables)
+
+        def readable(value: Any) -> str:
+            _refuse_unreadable(record, table=check(value))
+            return value
+
+        held = [name for name in several.tables if _can_be_read(record, table=name)]
+        likely = held[0] if len(held) == 1 else None
+        text = f"Record: the {several.noun} with the curves ({allowed})"
+        return self.ask(("record", "table"), text, likely, readable)
+
+    def _encoding(self, record: Path, reading: Mapping[str, str], table: LooseTable) -> str:
         """The encoding of a text whose own could only be guessed, "" where that is right or sure."""
         guessed = next((remark for remark in table.remarks if NOT_UNICODE in remark), "")
         if not guessed:
@@ -239,7 +259,7 @@ class Interview:
 
         def check(value: Any) -> str:
             if value != FOUND:
-                _table(record, decimal, str(value))
+                _table(record, **{**reading, "encoding": str(value)})
             return str(value)
 
         text = f"{guessed.partition(';')[0]} (columns {', '.join(table.names)}): its encoding ({FOUND}: as it was read)"
@@ -309,10 +329,10 @@ class Interview:
         given = "" if ready else self._unit(place, shown, kind, head, reached)
         turned = kind == "displacement" and _downwards(values)
         doubt = "" if kind != "strain" or foreign else _beyond(reached * float(factor(given or "m/m")))
-        if stated := factor_of_head(head.text):
+        if stated := factor_of_head(head):
             doubt = f'its head states a factor, "{stated}"; factor: 1 where the readings are in the unit as they stand'
         asked = not ready or turned or doubt
-        scale = str(self._scale(place, shown, foreign, turned, doubt, bare=ready)) if asked else "1"
+        scale = str(self._scale(place, shown, kind, foreign, turned, doubt, bare=ready)) if asked else "1"
         sensor: dict[str, Any] = {"kind": kind}
         if "at" in SENSORS[kind].model_fields:
             check = of_pair(of_range(PLACE)[0])
@@ -344,7 +364,7 @@ class Interview:
         likely = "m/m" if kind == "strain" and reached <= STRAIN else UNIT_OF_KIND[kind]
         return self.ask((*place, "unit"), text, head.likely_in((wanted,)) or likely, _unit_of(wanted))
 
-    def _scale(self, place: Key, shown: str, foreign: str, turned: bool, doubt: str, bare: bool) -> Any:
+    def _scale(self, place: Key, shown: str, kind: str, foreign: str, turned: bool, doubt: str, bare: bool) -> Any:
         """What the column is multiplied by; a displacement whose largest reading is negative is turned round.
 
         doubt: why the factor has no default; bare: the column has its unit, and is multiplied by a number alone.
@@ -353,11 +373,12 @@ class Interview:
             text = doubt
         else:
             what = (
-                f"it is in {foreign}: factor such as {stands_for(foreign)}"
+                f"it is in {foreign}: factor such as {stands_for(foreign, kind)}"
                 if foreign
                 else "factor; -1 turns the curve round"
             )
-            text = f"{what} (displacement is positive in the direction of the push)"
+            sign = " (displacement is positive in the direction of the push)" if kind == "displacement" else ""
+            text = f"{what}{sign}"
         return self.ask(
             (*place, "scale"),
             f"{shown}: {text}",
@@ -476,8 +497,8 @@ def _record(record: Path, columns: Mapping[str, Column], clock: Mapping[str, str
     """The chosen columns as they stand in the file, in whatever unit: only their shape is looked at."""
     if ready:
         return read_measured(record).only(tuple(columns))
-    decimal, encoding = clock.get("decimal", ""), clock.get("encoding", "")
-    table = _table(record, decimal, encoding)
+    reading = {key: clock[key] for key in ("table", "decimal", "encoding")}
+    table = _table(record, **reading)
     heads = {name: table.heads[table.index(column.name)] for name, column in columns.items()} if table.heads else {}
     per = {name: head.foreign for name, head in heads.items() if head.foreign and not head.likely}
     needed = [name for name in columns if name in per or name not in heads or heads[name].unit is None]
@@ -485,7 +506,7 @@ def _record(record: Path, columns: Mapping[str, Column], clock: Mapping[str, str
     units |= {"time": clock["time_unit"]} if clock["time_unit"] else {}
     sensors = {name: column.name for name, column in columns.items()}
     factors = dict.fromkeys(columns, 1.0)  # those of the answers multiply the record
-    options = ImportOptions(sensors, clock["time"], units, factors, decimal=decimal, per=per, encoding=encoding)
+    options = replace(_options(**reading), sensors=sensors, time=clock["time"], units=units, scales=factors, per=per)
     try:
         return import_record(record, options)
     except MeasuredError as error:
@@ -494,9 +515,55 @@ def _record(record: Path, columns: Mapping[str, Column], clock: Mapping[str, str
         raise MeasuredError([*error.errors, f"{BY_IMPORT[0].upper()}{BY_IMPORT[1:]}"]) from error
 
 
-def _table(record: Path, decimal: str = "", encoding: str = "") -> LooseTable:
-    """The table in the file, as `birdstrike import` reads it."""
-    return read_export(record, ImportOptions({}, decimal=decimal, encoding=encoding))[0]
+def _table(record: Path, *, table: str = "", decimal: str = "", encoding: str = "") -> LooseTable:
+    """The table in the file, as `birdstrike import` reads it: once, for several questions look at it."""
+    return _read_once(record, record.stat().st_mtime_ns, table, decimal, encoding)
+
+
+@lru_cache(maxsize=1)
+def _read_once(record: Path, _written_ns: int, table: str, decimal: str, encoding: str) -> LooseTable:
+    """The table in a file as it was written at an instant."""
+    return read_export(record, _options(table, decimal, encoding))[0]
+
+
+def _options(table: str, decimal: str, encoding: str) -> ImportOptions:
+    """How a file is read, whatever is taken from it."""
+    return ImportOptions({}, table=table, decimal=decimal, encoding=encoding)
+
+
+def _several(record: Path) -> SeveralTables | None:
+    """What a file says that holds several tables; None for any other."""
+    try:
+        _refuse_unreadable(record)
+    except SeveralTables as several:
+        return several
+    return None
+
+
+def _can_be_read(record: Path, **reading: str) -> bool:
+    """Whether there is a table, its mark of decimals aside, which is asked for."""
+    try:
+        _refuse_unreadable(record, **reading)
+    except MeasuredError:
+        return False
+    return True
+
+
+def _refuse_unreadable(record: Path, **reading: str) -> None:
+    """Raises MeasuredError where no answer makes a table of the file: its mark of decimals is asked for."""
+    try:
+        _table(record, **reading)
+    except MeasuredError as error:
+        if "--decimal" not in str(error):
+            raise
+
+
+def _own_record(record: Path) -> Measured | None:
+    """A measured-data CSV; None for any other file."""
+    try:
+        return measured_from(read_table(record), record)
+    except (MeasuredError, UnitError):
+        return None
 
 
 def _beyond(reached: float) -> str:
@@ -568,25 +635,23 @@ def _si(unit: str | None) -> str | None:
 
 def _says_simulated(record: Path) -> bool:
     """Whether a record in our own format says so; what a laboratory wrote is for its owner to say."""
-    try:
-        return read_measured(record).simulated
-    except MeasuredError:
-        return False
+    own = _own_record(record)
+    return own is not None and own.simulated
 
 
 def _readable(value: Any) -> str:
     path = Path(str(value)).expanduser()
     if not path.is_file():
         raise UserError("is no file here; give its path")
-    try:
-        read_measured(path)
-    except UserError:
+    if _own_record(path) is None:
         try:
-            _table(path)
+            _refuse_unreadable(path)
+        except SeveralTables:
+            pass
         except MeasuredError as error:
-            if "--decimal" not in str(error):
-                remedy = f"; {BY_IMPORT}" if "--rate" in str(error) else ""
-                raise UserError([f"cannot be read: {line}{remedy}" for line in error.errors]) from error
+            remedies = {"--rate": BY_IMPORT, "--node": NODE_BY_IMPORT}
+            remedy = next((f"; {text}" for option, text in remedies.items() if option in str(error)), "")
+            raise UserError([f"cannot be read: {line}{remedy}" for line in error.errors]) from error
     return str(path)
 
 

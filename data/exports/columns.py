@@ -14,6 +14,18 @@ from birdstrike.data.histories import Array
 from birdstrike.data.tables.loose_table import LooseTable, head_of
 
 
+class SeveralTables(MeasuredError):
+    """A file that holds several tables, of which none is named; noun: what they are in its format."""
+
+    def __init__(self, path: Path, tables: Sequence[str], noun: str) -> None:
+        self.path, self.tables, self.noun = path, tuple(tables), noun
+        known = ", ".join(tables)
+        super().__init__(f'{path} holds {len(tables)} {noun}s; choose one: --table "{tables[0]}" (there are {known})')
+
+    def __reduce__(self) -> tuple[type[SeveralTables], tuple[Path, tuple[str, ...], str]]:
+        return type(self), (self.path, self.tables, self.noun)
+
+
 @dataclass(frozen=True)
 class NamedColumn:
     """values (n,) in `unit`, as the file writes it, None where it has none."""
@@ -45,7 +57,10 @@ def _is_called_time(name: str) -> bool:
 
 
 def chosen(path: Path, tables: Sequence[str], table: str, noun: str) -> str:
-    """The table that is asked for, or the only one; raises MeasuredError that lists them."""
+    """The table that is asked for, or the only one; raises MeasuredError that lists them.
+
+    Of several of which none is named SeveralTables.
+    """
     if table in tables:
         return table
     known = ", ".join(tables)
@@ -54,7 +69,5 @@ def chosen(path: Path, tables: Sequence[str], table: str, noun: str) -> str:
     if table:
         raise MeasuredError(f'{path} has no {noun} "{table}"; it has {known}')
     if len(tables) != 1:
-        raise MeasuredError(
-            f'{path} holds {len(tables)} {noun}s; choose one: --table "{tables[0]}" (there are {known})'
-        )
+        raise SeveralTables(path, tables, noun)
     return tables[0]

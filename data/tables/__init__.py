@@ -1,1 +1,4 @@
-"""Tables of numbers in text files. csv_table reads birdstrike's own strictly; loose_table reads other people's."""
+"""Tables of numbers in text files: csv_table reads birdstrike's own strictly, loose_table other people's.
+
+Of the latter clock finds the column of the times, and import_line says how they are imported.
+"""

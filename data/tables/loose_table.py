@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -62,6 +61,8 @@ number has no room, is none or lies beyond the range."""
 NO_READING = 1e29
 """Size beyond which a number stands for none: instruments write 1E+30, SCPI 9.91E+37 and 9.9E+37 beyond the range."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3}|[+-]\d{3})?")
+_PLAIN = re.compile(r"[+-]?(?:\d{1,15}(?:\.\d{0,15})?|\.\d{1,15})(?:[eE][+-]?0?\d)?")
+"""A number with a point at most, of a usual size: nearly every cell of a record, told at once."""
 _FACTOR = re.compile(r"\s*\d+(?:\.\d*)?[eE][+-]?\d+\s*\*\s*")
 _BRACKET = r"[\[(\uff3b\uff08](?P<unit>[^\])\uff3d\uff09]*)[\])\uff3d\uff09]"
 """A unit in brackets, which are as wide as an ideograph in Chinese and Japanese texts."""
@@ -184,46 +185,6 @@ class LooseTable:
 
 def _plain(name: str) -> str:
     return " ".join(name.lower().split())
-
-
-_OF_A_CASE = re.compile(r"(displacement|strain|contact_force|reaction_force|pressure)(_[A-Za-z0-9_]+)?")
-"""Names of columns that are those of a case's sensors already."""
-
-
-def import_line(path: Path) -> str:
-    """The `birdstrike import` line that makes a record of a foreign table; empty where the file holds none."""
-    try:
-        table = read_loose_table(path)
-    except MeasuredError:
-        return ""
-    heads = table.heads or tuple(Head(name, None, name) for name in table.names)
-    shown_heads = [head for head in heads[1:] if (head.text or head.name) and not head.name.endswith(SIGMA)][:3]
-    names = ["displacement_centre", *(f"SENSOR_{i}" for i in range(2, len(shown_heads) + 1))]
-    own = [bool(_OF_A_CASE.fullmatch(head.name)) for head in shown_heads]
-    names = [head.name if is_own else name for name, head, is_own in zip(names, shown_heads, own, strict=False)]
-    shown = [
-        name if is_own else f"{name}={shlex.quote(head.text or head.name)}"
-        for name, head, is_own in zip(names, shown_heads, own, strict=True)
-    ]
-    given = [] if heads[0].unit else [f"--time-unit {heads[0].likely_in(TIME) or table.likely_time_unit(0)}"]
-    given += _units_to_state(names, shown_heads)
-    options = " ".join([*(f"--sensor {text}" for text in shown), *given])
-    return f"birdstrike import {shlex.quote(str(path))} {options} --out {shlex.quote(f'{path.stem}_si.csv')}"
-
-
-def _units_to_state(names: Sequence[str], heads: Sequence[Head]) -> list[str]:
-    """Options of `birdstrike import` for what the heads of sensors do not say: a unit, or what a volt stands for."""
-    bare = [name for name, head in zip(names, heads, strict=True) if head.unit is None and not head.foreign]
-    if bare and len(bare) == len(heads):
-        return ["--unit mm"]
-    options = [f"--unit {name}=mm" for name in bare]
-    for name, head in zip(names, heads, strict=True):
-        if unit := head.likely_in(MEASURED):
-            options.append(f"--unit {name}={unit}")
-        elif head.foreign:
-            per = f"({head.foreign})" if "/" in head.foreign else head.foreign
-            options.append(f'--scale {name}="FACTOR mm/{per}"')
-    return options
 
 
 def read_loose_table(path: str | Path, decimal: str = "", single: bool = False, encoding: str = "") -> LooseTable:
@@ -410,7 +371,7 @@ def _refuse_thousands(path: Path, column: Sequence[tuple[int, str]]) -> None:
 
 def _decimal(path: Path, body: Sequence[tuple[int, list[str]]]) -> str:
     """What marks decimals: a comma or a point; raises MeasuredError where every comma may as well part thousands."""
-    open_cells = [(i, cell) for i, cells in body for cell in map(_bare, cells) if "," in cell]
+    open_cells = [(i, _bare(cell)) for i, cells in body for cell in cells if "," in cell]
     if not open_cells:
         _refuse_points_of_thousands(path, body)
         return "."
@@ -554,6 +515,8 @@ def _numbers(cells: Sequence[str], marks: Iterable[str] = repeat("")) -> tuple[s
 
 def _number(cell: str, decimal: str) -> str | None:
     """A cell as a number's text, a time of day as it is, "" for a gap; None where it is something else."""
+    if decimal != "," and _PLAIN.fullmatch(cell):
+        return cell
     if not cell or cell.lower() in GAPS or _NO_NUMBER.fullmatch(cell):
         return ""
     if ":" in cell:
@@ -629,6 +592,8 @@ def _with_per_cent(
     Where some numbers of a column bear it and some do not, or its head gives another unit, that is its head's fault.
     """
     for j in range(width):
+        if not any("%" in cells[j] for _, cells in body):
+            continue
         signed = {bool(_PER_CENT.search(cells[j])): i for i, cells in body if _number(cells[j], "")}
         if True not in signed:
             continue

@@ -265,7 +265,7 @@ def _channel(measured: Measured, expected: Expected, name: str, how: _Reading) -
         cuts=tuple(Cut(reason, instants) for reason, instants in cuts.items() if len(instants)),
         remarks=(
             *noise_remarks,
-            *_zero(name, unit, before, subtracted, how.zero),
+            *_zero(name, unit, before, baseline, how.zero),
             *_moving(name, before),
             *_jumping(name, unit, times, values),
         ),
@@ -433,18 +433,20 @@ def _worthwhile(baseline: Baseline | None, times: Array, noise: Noise) -> Baseli
 
 
 def _zero(name: str, unit: str, before: BeforeContact, baseline: Baseline | None, zero: bool) -> tuple[str, ...]:
-    """A sensor that does not read zero before contact; baseline: where it has been subtracted, as `zero` asks for."""
-    if baseline is not None:
+    """A sensor that does not read zero before contact; baseline: what is subtracted, where `zero` asks for it."""
+    if baseline is not None and zero:
         return (baseline.sentence(name, unit),)
     nothing_left = zero and before.baseline is not None  # in the response: of a drift that is kept, say
     if not before.beyond_noise or before.bent or nothing_left:
         return ()
     how = "at every point before contact" if before.constant else "before contact, beyond its noise"
-    text = (
-        f"{plain(name)} reads {reading(before.offset, unit, 2)} {how}: the fit takes this offset for part of the "
-        "response; subtract it from the record: birdstrike import --zero"
-    )
-    return (text,)
+    remedy = "the fit takes this offset for part of the response; subtract it from the record: birdstrike import --zero"
+    if baseline is not None:  # of a record that is looked at by itself
+        remedy = (
+            "a calibration takes the sensor's zero from the readings before the case's first contact, as far as the "
+            "record holds them; birdstrike import --zero subtracts it from the record itself"
+        )
+    return (f"{plain(name)} reads {reading(before.offset, unit, 2)} {how}: {remedy}",)
 
 
 def _jumping(name: str, unit: str, times: Array, values: Array) -> tuple[str, ...]:

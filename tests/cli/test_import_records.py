@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import matplotlib.image
@@ -102,7 +103,7 @@ def test_a_scale_that_is_no_factor_is_refused(tmp_path: Path, scale: str) -> Non
 def test_zero_takes_the_mean_before_the_response_out_and_says_so(tmp_path: Path) -> None:
     source = export(tmp_path / "a.csv", offset=1.2)
     plain = invoke(source, "--sensor", CENTRE, "--out", tmp_path / "raw.csv")
-    assert "reads 1.2 mm before contact" in plain.stdout
+    assert "reads 1.2 mm before contact, beyond its noise: a calibration takes the sensor's zero from" in plain.stdout
     found = invoke(source, "--sensor", CENTRE, "--zero", "--out", tmp_path / "o.csv")
     assert found.exit_code == 0, found.output
     record = read_measured(tmp_path / "o.csv")
@@ -188,6 +189,18 @@ def test_the_import_line_names_every_sensor_apart_and_no_empty_column(tmp_path: 
     with pytest.raises(MeasuredError) as caught:
         read_measured(source)
     assert f"--sensor {CENTRE}='Weg [mm]' --sensor SENSOR_2='Kraft [kN]' --out" in caught.value.errors[0]
+
+
+def test_the_import_line_names_no_counter_no_clock_and_no_column_of_text_as_a_sensor(tmp_path: Path) -> None:
+    """It read the clock as a sensor and the row's number as the clock: --sensor displacement_centre=Date."""
+    source = tmp_path / "a.csv"
+    rows = "".join(f"{i},2026-11-24,10:15:30.{i:06d},{0.1 * i:.1f}\n" for i in range(9))
+    source.write_text(f"Index,Date,Time,Laser (mm)\n{rows}")
+    with pytest.raises(MeasuredError) as caught:
+        read_measured(source)
+    line = caught.value.errors[0].partition("makes a record of it: ")[2]
+    assert line == f"birdstrike import {source} --sensor {CENTRE}='Laser (mm)' --out a_si.csv"
+    assert invoke(*shlex.split(line)[2:-1], tmp_path / "o.csv").exit_code == 0
 
 
 def test_the_import_line_takes_no_volt_for_a_millimetre_and_states_each_unit_by_itself(tmp_path: Path) -> None:
@@ -386,8 +399,8 @@ def test_microstrain_under_a_head_without_a_unit_is_told(tmp_path: Path) -> None
     )
     found = invoke(source, "--sensor", "strain_back=Strain", "--out", tmp_path / "o.csv")
     assert found.exit_code == 0, found.output
-    assert "look at strain_back: without a unit it is a strain" in found.stdout
+    assert "look at strain_back: it was read as a strain of up to 277" in found.stdout
     found = invoke(source, "--sensor", "strain_back=Strain", "--scale", "strain_back=1e-6", "--out", tmp_path / "p.csv")
     assert found.exit_code == 0, found.output
-    assert "without a unit" not in found.stdout
+    assert "no gauge survives" not in found.stdout
     assert read_measured(tmp_path / "p.csv").channels["strain_back"].max() == pytest.approx(2771e-6, rel=0.01)

@@ -17,6 +17,7 @@ from birdstrike.cli.import_curve import factor_of
 from birdstrike.cli.start import Begun, _imported, begin, cost_lines
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import UserError
+from birdstrike.data.tables import loose_table, text_file
 from birdstrike.questions.answers import Answers, read_answers
 from birdstrike.questions.clock import duration, shift_to
 from birdstrike.questions.shot import Interview
@@ -213,6 +214,40 @@ def test_a_factor_that_a_head_states_is_asked_about(tmp_path: Path) -> None:
     assert read_measured(found.record).channels["displacement_centre"].max() == pytest.approx(5e-3, rel=0.01)
 
 
+def test_the_sheet_with_the_curves_is_asked_for(tmp_path: Path) -> None:
+    """A workbook of two sheets was refused with an option that the command does not have."""
+    openpyxl = pytest.importorskip("openpyxl")
+    workbook = openpyxl.Workbook()
+    workbook.active.append(["Shot 12, laser under the centre"])
+    for name, peak in (("Shot 12", 5.0), ("Shot 13", 6.0)):
+        sheet = workbook.create_sheet(name)
+        sheet.append(["t [ms]", "w [mm]"])
+        for i in range(200):
+            sheet.append([0.02 * i, peak * float(np.sin(max(0.02 * i - 1.0, 0.0)))])
+    workbook.save(tmp_path / "a.xlsx")
+    record = {"file": "a.xlsx"}
+    with pytest.raises(UserError, match=r"record\.table is missing: .* \(Sheet, Shot 12, Shot 13\)"):
+        begin(Answers({"record": record}), None, lambda _: None)
+    with pytest.raises(UserError, match=r'record\.table = "Sheet" .*holds no table'):
+        begin(Answers({"record": record | {"table": "Sheet"}}), None, lambda _: None)
+    given = {"record": record | {"table": "Shot 13"}, "clock": {"contact": "1 ms"}}
+    found = begin(Answers(given), None, lambda _: None)
+    _imported(found, 0.0)
+    assert read_measured(found.record).channels["displacement_centre"].max() == pytest.approx(6e-3, rel=1e-3)
+    del workbook["Shot 12"]
+    workbook.save(tmp_path / "b.xlsx")
+    only = begin(Answers({"record": {"file": "b.xlsx"}, "clock": {"contact": "1 ms"}}), None, lambda _: None)
+    assert only.shot.table == "Shot 13", "the only one that holds a table"
+
+
+def test_a_long_export_is_read_once_for_all_questions(export: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file of 200,000 rows was read seven times before the questions about the plate, for half a minute."""
+    read = []
+    monkeypatch.setattr(loose_table, "decoded_lines", lambda *a: read.append(a) or text_file.decoded_lines(*a))
+    begin(Answers(read_answers(answered(export))), None, lambda _: None)
+    assert len(read) == 2, "once for the questions, once as the record"
+
+
 def test_an_encoding_that_was_guessed_may_be_stated(tmp_path: Path) -> None:
     """Traditional characters in Big5, which is taken for another encoding."""
     rows = "".join(f"{0.02 * i:.2f},{5.0 * np.sin(max(0.02 * i - 1.0, 0.0)):.4f}\n" for i in range(200))
@@ -233,7 +268,7 @@ def strained(head: str, reached: float) -> str:
 @pytest.mark.parametrize("head", ["time [ms],strain [-]\n", "t [ms],strain [-]\n"], ids=["ready", "export"])
 def test_microstrain_below_a_head_that_says_none_is_asked_for(tmp_path: Path, head: str) -> None:
     """2000 um/m was read as a strain of 2000."""
-    told = r"columns\.strain\.scale is missing: .*is a strain, and it reaches 20\d\d; factor: 1e-6 if it is microstrain"
+    told = r"columns\.strain\.scale is missing: .* a strain of up to 20\d\d .*; factor: 1e-6 if it is microstrain"
     with pytest.raises(UserError, match=told):
         begun(tmp_path, strained(head, 2050.0))
     found = begun(tmp_path, strained(head, 2050.0), columns={"strain": {"scale": 1e-6}})

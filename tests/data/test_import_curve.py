@@ -459,6 +459,7 @@ WRONG = [
     ("t_ms,w_mm\n0,0\n1,1\n", ImportOptions(CENTRE, units={"time": "s"}), r'"t" is in ms, and --time-unit says s'),
     ("w_mm,f_kN\n0,0\n1,1\n", ImportOptions({"f": "f"}), r'"w" is no time; choose the clock\'s column: --time NAME'),
     ("t_ms,a_mm,b_mm\n0,0,0\n1,1,1\n", ImportOptions(CENTRE), r'which column is "displacement_centre"\? .*: t, a, b'),
+    ("Shot,t_ms,w_mm\n3,0,0\n3,1,1\n", ImportOptions({"w2": ""}, time="t"), r'which column is "w2"\? .*w2="w"; '),
     ("t_ms,a_mm\n0,0\n1,1\n", ImportOptions({"w": "z"}), r'has no column "z"; its columns: t, a'),
     ("t_ms,a_mm\n0,0\n1,1\n", ImportOptions({"w": "a"}, node=3), r"is no nodout: --node has nothing to choose from"),
     (
@@ -768,9 +769,14 @@ def test_volts_are_multiplied_by_what_a_volt_stands_for(tmp_path: Path, asked: s
 
 
 @pytest.mark.parametrize(
-    "unit", ["µm/m", "\u03bcm/m", "um/m", "microstrain", "µstrain", "µStrain", "ustrain", "µε", "ppm"]
+    "unit",
+    [
+        *("µm/m", "\u03bcm/m", "um/m", "microstrain", "micro strain", "µstrain", "µStrain", "ustrain", "µε", "ppm"),
+        *("1e-6", "1E-06", "10^-6", "10-6", "10\u207b\u2076", "x10^-6", "\u00d7 10**-6"),
+    ],
 )
 def test_microstrain_however_it_is_written(tmp_path: Path, unit: str) -> None:
+    """Of [1e-6] a factor such as "2000 um/m/1e-6" was asked for: pint takes its e for the charge of an electron."""
     found = imported(tmp_path / "a.csv", f"t [ms],SG1 [{unit}]\n0,0\n1,250\n", ImportOptions({"strain_1": "SG1"}))
     assert found.channels["strain_1"].tolist() == [0.0, 250e-6]
     assert found.units["strain_1"] == ""
