@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.floating[Any]]
+Indices = NDArray[np.intp]
 
 
 def farthest(values: Array) -> NDArray[np.intp]:

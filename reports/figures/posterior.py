@@ -45,7 +45,7 @@ def corner_figure(
             if row in logarithmic and i != j:
                 _logarithmic(axes, "y", edges[row], j == 0)
             if i == j:
-                axes.hist(values[row][0], edges[row], color=SKY)
+                axes.hist(values[row][0], edges[row].tolist(), color=SKY)
                 axes.axvline(points[row], color=VERMILION, linewidth=1.0)
             else:
                 axes.hist2d(values[column][0], values[row][0], [edges[column], edges[row]], cmap="Blues")

@@ -33,9 +33,9 @@ from scipy.linalg import block_diag
 from scipy.special import logsumexp
 from scipy.stats import norm
 
-from birdstrike.data.histories import Array
+from birdstrike.data.histories import Array, Indices
 from birdstrike.inversion.diagnosis.inference.evidence import UNNAMED, ModelTester
-from birdstrike.inversion.diagnosis.inference.gaussians import Indices, Reduced, integrated
+from birdstrike.inversion.diagnosis.inference.gaussians import Reduced, integrated
 from birdstrike.inversion.diagnosis.inference.hypotheses import Hypothesis
 from birdstrike.inversion.diagnosis.inference.ranking import Fit, Ranking
 from birdstrike.inversion.results.diagnosis import LEAST_SHARE, MOST_SHARE, NONE, SOMETHING_ELSE

@@ -21,11 +21,10 @@ from scipy.linalg import helmert
 from scipy.special import softmax
 from scipy.stats import chi2, norm
 
-from birdstrike.data.histories import Array
+from birdstrike.data.histories import Array, Indices
 from birdstrike.inversion.diagnosis.inference.gaussians import (
     Directions,
     Grams,
-    Indices,
     Information,
     Reduced,
     covariance_of,

@@ -12,16 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.linalg import cho_factor, cho_solve
 from scipy.special import erfcx, log_ndtr, ndtri_exp, softmax
 
-from birdstrike.data.histories import Array
+from birdstrike.data.histories import Array, Indices
 from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
 from birdstrike.inversion.diagnosis.inference.system import Block
 
-Indices = NDArray[np.intp]
 MANY = 64  # columns integrated out, from which on Cholesky factors pay, one node after the other
 LEGENDRE, ROOTS = leggauss(32), 0.5 * (leggauss(32)[0] + 1.0)
 NODES, LOG_WEIGHTS = ROOTS**3, np.log(1.5 * LEGENDRE[1] * ROOTS**2)

@@ -19,10 +19,9 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 from scipy.stats.qmc import Sobol
 
-from birdstrike.data.histories import Array
+from birdstrike.data.histories import Array, Indices
 from birdstrike.data.progress import Progress, silent
 from birdstrike.inversion.diagnosis.inference.evidence import MAGNITUDE_SCALE, Evidence, ModelTester
-from birdstrike.inversion.diagnosis.inference.gaussians import Indices
 from birdstrike.inversion.diagnosis.inference.hypotheses import (
     BIRDS,
     BIRDS_APART,

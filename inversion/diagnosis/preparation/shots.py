@@ -15,14 +15,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.sparse import csr_matrix
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.formatting import plain
-from birdstrike.data.histories import Array
+from birdstrike.data.histories import Array, Indices
 from birdstrike.inversion.diagnosis.preparation.discrepancy import Shape, process_modes, shape_of
 from birdstrike.inversion.diagnosis.preparation.plan import COARSE_PARTICLES
 from birdstrike.inversion.diagnosis.preparation.setup import Setup
@@ -143,8 +142,6 @@ def fault_named(name: str) -> Fault:
 MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
 FEWEST_POINTS = 3
 PROCESS = 40  # directions a channel of a process of numerical error
-
-Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
