@@ -95,8 +95,8 @@ def unevenly_refined(meshes: Sequence[Mesh]) -> dict[str, tuple[float, ...]]:
     shells = np.array([np.bincount(one.part, minlength=len(one.parts)) for one in parts])
     ratios = np.sqrt(shells[:-1] / shells[1:])
     bird = np.array([coarse.bird_spacing / fine.bird_spacing for fine, coarse in pairwise(meshes)])
-    uneven = (np.abs(ratios / bird[:, None] - 1.0) > UNEVEN).any(axis=0)
-    return {name: tuple(ratios[:, i].tolist()) for i, name in enumerate(parts[0].parts) if uneven[i]}
+    uneven = np.flatnonzero((np.abs(ratios / bird[:, None] - 1.0) > UNEVEN).any(axis=0))
+    return {parts[0].parts[i]: tuple(ratios[:, i].tolist()) for i in uneven}
 
 
 def not_refined(case: Case) -> tuple[str, ...]:
