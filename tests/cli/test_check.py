@@ -74,7 +74,7 @@ def test_facts_are_shown_in_engineers_units() -> None:
     assert shown(2.5e-3, "s") == "2.5 ms"
     assert shown(1.2e-6, "s") == "1.2 us"
     assert shown(2591, "") == "2,591"
-    assert shown(900.0, "kg/m^3") == "900 kg/m^3"
+    assert shown(900.0, "kg/m^3") == "900 kg/m³"
 
 
 def test_a_bird_of_hexahedra_has_elements() -> None:
