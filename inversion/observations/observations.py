@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.formatting import many, plain, reading
+from birdstrike.data.formatting import plain, reading
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.autocorrelation import density_freedom, hidden_tau, neighbour_correlation
 from birdstrike.inversion.observations.expected import Expected
@@ -183,7 +183,7 @@ def _warnings(channel: ChannelRecord, expected: Expected) -> list[str]:
     if expected.spared:
         span += f" (less its last {expected.spared * 1e3:g} ms, which an early clock needs)"
     found = [
-        f"{name}: {many(before, 'point')} before and {len(outside) - before} after the simulated record {span} are "
+        f"{name}: {before} points before and {len(outside) - before} after the simulated record {span} are "
         "left out of the fit"
     ] * bool(len(outside))
     found += channel.warnings

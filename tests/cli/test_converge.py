@@ -123,7 +123,7 @@ def test_the_python_verb_returns_the_study(study) -> None:
     )
 
 
-def test_a_strain_is_shown_whole_and_without_a_unit_that_it_does_not_have(tmp_path: Path) -> None:
+def test_a_strain_is_shown_whole_and_in_microstrain(tmp_path: Path) -> None:
     gauge = ["--set", "sensors.strain_back.kind=strain", "--set", 'sensors.strain_back.at=["0 mm", "0 mm"]']
     command = ["converge", "reference_strike_156mm", "--out", str(tmp_path / "out"), *TINY, *gauge]
     result = CliRunner().invoke(app, [*command, "--set", "sensors.strain_back.side=back"], env={"COLUMNS": "80"})
@@ -131,7 +131,7 @@ def test_a_strain_is_shown_whole_and_without_a_unit_that_it_does_not_have(tmp_pa
     assert "…" not in result.output
     assert "peak []" not in " ".join(result.output.split())
     (line,) = (line for line in result.output.splitlines() if line.startswith("strain_back: over the whole curve"))
-    assert re.search(r"within \d[^ ]*, \d", line)
+    assert re.search(r"within \d[^ ]* µm/m, \d", line)
 
 
 def test_a_deck_without_a_mesh_does_not_pass_for_converged(tmp_path: Path) -> None:
