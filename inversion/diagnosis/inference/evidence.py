@@ -605,7 +605,7 @@ def _drawn_at(
     hypothesis: Hypothesis,
     deviations: Array,
     gram: Array,
-    counts: Sequence[int] | Array,
+    counts: Indices,
     parts_of_sizes: Sequence[Sequence[int]],
     rng: np.random.Generator,
 ) -> Array:
