@@ -114,7 +114,7 @@ def test_a_unit_beside_the_factor_that_takes_it_is_the_column_s(tmp_path: Path) 
     [
         (("--unit", "x=mm"), "--unit x=mm: x is no --sensor; named: w"),
         (("--scale", "2,5 mm/V"), '--scale 2,5 mm/V has a decimal comma; write "2.5 mm/V"'),
-        (("--scale", "minus"), "--scale minus is not a number; write --scale -1"),
+        (("--scale", "minus"), "--scale minus is not a number; write -1 to turn a curve round"),
         (("--unit", "bananas"), '--unit w=bananas: "bananas" is not a unit; accepted: m, cm, mm'),
         (("--unit", "milimeter"), '"milimeter" is not a unit; "mm"?'),
         (("--unit", "mm", "--time-unit", "mm"), "--time-unit mm is no unit of time; accepted: s, ms, us"),

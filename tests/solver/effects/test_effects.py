@@ -222,7 +222,7 @@ def test_sizes_follow_the_case() -> None:
         ),
         (
             {"effects.plate_density": "3 t/m^3", "plate.material.density": "24 g/cm^3"},
-            r"beyond \+1000 kg/m\^3, the larg",
+            r"beyond \+1000 kg/m³, the larg",
         ),
         (
             {"effects.bird_yaw": "3 deg", "bird.shape": "sphere", "bird.length": "106 mm"},
