@@ -48,10 +48,8 @@ def load_network(path: Path) -> InverseNetwork:
         times = {str(channel): file[f"times_{i}"] for i, channel in enumerate(file["channels"])}
         bounded = "bounded" in file and bool(file["bounded"])  # older files hold linear outputs
         scales = tuple(map(str, file["output_scales"])) if "output_scales" in file else ()  # older files: linear ranges
-        inputs, outputs = (
-            Scaling(*file["input_scaling"]),
-            OutputScaling(*file["output_scaling"], scales=scales, bounded=bounded),
-        )
+        inputs = Scaling(*file["input_scaling"])
+        outputs = OutputScaling(*file["output_scaling"], scales=scales, bounded=bounded)
         shape = Shape(*(int(size) for size in file["shape"]))
         return InverseNetwork(tuple(map(str, file["names"])), times, shape, file["weights"], inputs, outputs)
 

@@ -71,7 +71,9 @@ class InverseNetwork:
     def predict(self, values: Array) -> Array:
         """Parameters (n, k) SI from sampled values (n, inputs) SI, channel after channel; linear outputs may leave
         the ranges."""
-        return self.outputs.to_physical(self.fractions(values))
+        ranges = self.outputs
+        found = ranges.to_physical(self.fractions(values))
+        return np.clip(found, ranges.lows, ranges.highs) if ranges.bounded else found  # rounding leaves no range
 
     def fractions(self, values: Array) -> Array:
         """The same as fractions (n, k) of the ranges, each in its scale."""

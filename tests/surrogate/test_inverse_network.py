@@ -39,6 +39,9 @@ def test_bounded_outputs_learn_the_runs_and_never_leave_the_ranges() -> None:
     strange = 3.0 * values  # curves that no run has
     assert ((bounded.predict(strange) >= LOWS) & (bounded.predict(strange) <= HIGHS)).all()
     assert ((linear.predict(strange) < LOWS) | (linear.predict(strange) > HIGHS)).any()
+    low, high = np.full(4, 0.3), np.full(4, 0.9)  # 0.3 + (0.9 - 0.3) is more than 0.9: such an answer was "clipped"
+    found = replace(bounded, weights=1e3 * bounded.weights, outputs=OutputScaling(low, high)).predict(strange)
+    assert found.max() == 0.9
 
 
 def test_a_bounded_output_s_scale_has_its_inverse() -> None:

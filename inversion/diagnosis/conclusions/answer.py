@@ -482,7 +482,7 @@ def fits_elsewhere(ranking: Ranking, label: str) -> list[str]:
             f"{quantity(float(first[i]), space.units[i])} in {shot.name}"
             for i in np.flatnonzero(problem.apart_in(shot, other, fit))
         ]
-    model = "the model without an effect" if label == NONE else label
+    model = "the model without an effect" if label == NONE else in_words(label)
     return [
         f"{model} fits at a second place too, which has {share:.2f} of the probability of both "
         f"({'; '.join(places)}): its parameters, magnitude and intervals, and the probabilities of effects, are those "

@@ -21,7 +21,8 @@ from birdstrike.inversion.diagnosis.inference.hypotheses import CandidateEffect
 from birdstrike.inversion.diagnosis.inference.system import Block
 
 MANY = 64  # columns integrated out, from which on Cholesky factors pay, one node after the other
-LEGENDRE, ROOTS = leggauss(32), 0.5 * (leggauss(32)[0] + 1.0)
+LEGENDRE = leggauss(32)
+ROOTS = 0.5 * (LEGENDRE[0] + 1.0)
 NODES, LOG_WEIGHTS = ROOTS**3, np.log(1.5 * LEGENDRE[1] * ROOTS**2)
 """On 0..1: shares of the distribution of one of two magnitudes that cannot be negative, and their weights. They are
 dense near 0: of two effects with one signature, which the data call negative, nearly all lies there."""
@@ -179,7 +180,7 @@ def drawn_above_zero(mean: Array, covariance: Array, count: int, rng: np.random.
 
 
 def _above(least: Array, share: Array) -> Array:
-    """Standard normal variables that exceed `least`, where the share `share` of these lies above them."""
+    """Standard normal variables beyond `least`: of what lies beyond it the share `share` lies between."""
     return np.maximum(-ndtri_exp(np.log1p(-share) + log_ndtr(-least)), least)
 
 
