@@ -35,7 +35,7 @@ def integrated(rho: Array) -> float:
     return 2.0 * float(pairs[:ended].sum()) - 1.0
 
 
-def density_freedom(points: int, tau: float) -> float:
+def density_freedom(points: float, tau: float) -> float:
     """Degrees of freedom of an estimate of variance times tau, the spectral density at frequency 0, from such noise.
 
     Of white noise behind CFC180 to CFC1000, 300 to 3000 points less two to five fitted parameters, 0 to 1.4 % exceed

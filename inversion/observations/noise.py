@@ -33,8 +33,8 @@ class Noise:
 
     sigma: (n,) standard deviation, SI; correlation_time: of exp(-dt/time) between points [s], 0 where white; source:
     where the level comes from; freedom: degrees of freedom behind it, inf where it was stated; known: False where it is
-    a tolerance that nobody measured; before: level and number of points of the record before contact, where there are
-    enough.
+    a tolerance that nobody measured; before: level, number of points and their typical distance [s] of the record
+    before contact, where there are enough.
     """
 
     sigma: Array
@@ -42,7 +42,7 @@ class Noise:
     source: str
     freedom: float = np.inf
     known: bool = True
-    before: tuple[float, int] | None = None
+    before: tuple[float, int, float] | None = None
 
     @property
     def level(self) -> float:
@@ -148,7 +148,8 @@ def channel_noise(
     elif own is not None and before.tests and not _agrees(stated.at_rest, before):
         remarks = (_kept(name, unit, stated.at_rest, noise, before),)
     if before.level is not None:
-        noise = replace(noise, before=(before.level, len(before.times)))
+        typical = float(np.median(np.diff(before.times)))
+        noise = replace(noise, before=(before.level, len(before.times), typical))
     if before.tests:
         noise, more = _correlated(name, noise, before)
         remarks += more

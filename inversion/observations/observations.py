@@ -63,10 +63,20 @@ class Channel:
         return min(self.record.noise.freedom, density_freedom(self.points_of_noise, self.tau))
 
     @property
-    def points_of_noise(self) -> int:
-        """Readings that show the noise and its correlation: at rest, of a filtered record before the filter."""
+    def points_of_noise(self) -> float:
+        """Readings that show the noise and its correlation: at rest, of a filtered record before the filter.
+
+        Of a rest that was read at another rate than the response as many as that rate has in the same time: `tau` is
+        counted in the response's points.
+        """
         passed = None if self.record is None else self.record.read_before
-        return self._points_at_rest if passed is None else passed.points
+        if passed is not None:
+            return passed.points
+        before = None if self.record is None else self.record.noise.before
+        if before is None or len(self.times) < 2:
+            return 0.0
+        _, points, distance = before
+        return points * distance / float(np.median(np.diff(self.times)))
 
     @property
     def hidden_tau(self) -> float:
