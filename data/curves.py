@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from birdstrike.data.arguments import as_names
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.exports.registry import EXPORTS
+from birdstrike.data.formatting import reading
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.paths import resolve_measured
 from birdstrike.data.storage.files import file_digest, write_atomically
 from birdstrike.data.tables.csv_table import MOST_LINES, Column, CsvTable, first_of, read_table
 from birdstrike.data.tables.import_line import import_line
-from birdstrike.data.units import ACCEPTED, DISPLAY, display, in_unit, of_reading
+from birdstrike.data.units import ACCEPTED, DISPLAY, in_unit
 
 REPEATS = 0.2  # share of rows with the time of the row above, beyond which the clock has too few digits
 CELL = "leave the cell empty"
@@ -99,10 +100,10 @@ class Measured:
         """What a channel that never changes reads, and what to do."""
         if not values.any():
             return "is zero everywhere: a dead sensor? leave its column out, or the channel: --channels"
-        reads, unit = display(float(values[0]), of_reading(self.units[name]))
+        reads = reading(float(values[0]), self.units[name], 4)
         return (
-            f"reads {reads:.4g} {unit} everywhere: a dead or saturated sensor, or another column? leave its column "
-            "out, or the channel: --channels"
+            f"reads {reads} everywhere: a dead or saturated sensor, or another column? leave its column out, or the "
+            "channel: --channels"
         )
 
     def same_points(self, other: Measured) -> bool:

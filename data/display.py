@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.units import display, of_reading
+from birdstrike.data.units import display, of_reading, rounded
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -51,7 +51,7 @@ class Displayed:
     def _repr_html_(self) -> str:
         table = self.brief()
         more = f"<p>{len(table) - MOST_ROWS} more rows: to_dataframe()</p>" if len(table) > MOST_ROWS else ""
-        shown = table.head(MOST_ROWS).to_html(index=False, border=0, float_format=lambda x: f"{x:.4g}", na_rep="–")
+        shown = table.head(MOST_ROWS).to_html(index=False, border=0, float_format=lambda x: rounded(x, 4), na_rep="–")
         return f"<p><b>{html.escape(self.headline)}</b></p>{shown}{more}{picture(self.draw())}"
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes, shown_channel
-from birdstrike.data.formatting import many
+from birdstrike.data.formatting import many, reading
 from birdstrike.data.units import display, of_reading
 
 if TYPE_CHECKING:
@@ -89,9 +89,9 @@ class Histories(Displayed):
         first = next(iter(self.channels), None)
         if first is None:
             return f"Histories: no channel, {len(self.time)} instants to {end[0]:.3g} {end[1]}"
-        peak, unit = display(self.peak(first)[1], of_reading(self.units[first]))
+        peak = reading(self.peak(first)[1], self.units[first])
         size = f"{many(count, 'channel')}, {len(self.time)} instants to {end[0]:.3g} {end[1]}"
-        return f"Histories: {size}, peak of {first} {peak:.3g} {unit}"
+        return f"Histories: {size}, peak of {first} {peak}"
 
     def peak(self, channel: str) -> tuple[float, float]:
         """Time [s] and value, SI, of a channel's largest reading: the one farthest from 0, with its sign."""

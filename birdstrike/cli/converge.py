@@ -175,7 +175,7 @@ def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
 
 def _table(name: str, found: MeshConvergence) -> Table:
     """Scalar by scalar: on each mesh, order, extrapolated value, uncertainty of the user's mesh."""
-    from birdstrike.data.units import display, of_reading
+    from birdstrike.data.units import display, of_reading, rounded
 
     table = Table(
         title=f"{name}: mesh convergence, finest mesh first",
@@ -192,8 +192,8 @@ def _table(name: str, found: MeshConvergence) -> Table:
     for scalar, entry, values in found.scalars.values():
         factor, unit = display(1.0, of_reading(scalar.unit))
         label = f"{scalar.name.replace('_', ' ')} [{unit}]"
-        numbers = [f"{factor * value:.4g}" for value in values]
-        exact = "-" if entry.extrapolated is None else f"{factor * entry.extrapolated:.4g}"
+        numbers = [rounded(factor * value, 4) for value in values]
+        exact = "-" if entry.extrapolated is None else rounded(factor * entry.extrapolated, 4)
         order = "none" if entry.order is None else f"{entry.order:.2f}"
         indices = [_percent(entry.index(mesh), entry.order is None) for mesh in (0, found.own)]
         table.add_row(escape(label), *numbers, order, exact, *indices)

@@ -312,13 +312,12 @@ def factor_of(text: str) -> tuple[float, str, str]:
 
 def _seen(record: Measured, name: str) -> str:
     """A curve in one line, so that a wrong unit or sign is seen at once."""
-    from birdstrike.data.formatting import instant, span
+    from birdstrike.data.formatting import instant, reading, span
     from birdstrike.data.histories import farthest
-    from birdstrike.data.units import display, of_reading
 
     time, values = record.points(name)
     i = int(farthest(values))
-    peak, unit = display(float(values[i]), of_reading(record.units[name]))
+    peak = reading(float(values[i]), record.units[name], 4)
     shown = span(float(time[0]), float(time[-1]), "s", 4)
     when = instant(float(time[i]), float(time[-1] - time[0]))
-    return f"{name}: {len(time)} points, {shown}, largest {peak:.4g} {unit} at {when}"
+    return f"{name}: {len(time)} points, {shown}, largest {peak} at {when}"

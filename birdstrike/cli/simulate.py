@@ -202,11 +202,10 @@ def _table(case: Case, histories: Histories) -> Table:
 
 def _peak(histories: Histories, name: str) -> str:
     """The largest reading and its time."""
-    from birdstrike.data.units import display, of_reading
+    from birdstrike.data.formatting import reading
 
     time, value = histories.peak(name)
-    number, unit = display(value, of_reading(histories.units[name]))
-    return f"{number:.4g} {unit} at {1e3 * time:.3f} ms"
+    return f"{reading(value, histories.units[name], 4)} at {1e3 * time:.3f} ms"
 
 
 def _warnings(histories: Histories) -> list[str]:

@@ -61,11 +61,10 @@ def curves_figure(
     ones in thin ones."""
     figure = Figure(figsize=(WIDE, 0.7 + 2.3 * len(channels)), layout="constrained")
     panels = figure.subplots(len(channels), 1, sharex=True, squeeze=False)[:, 0]
+    until = max((float(run.time[-1]) for runs in (calibrated, published) for run in runs.values()), default=np.inf)
+    span = shown_span(next(iter(records.values())).time, until)
     for axes, (channel, unit) in zip(panels, channels.items(), strict=True):
-        for runs, mark in (
-            (published, PUBLISHED),
-            (calibrated, CALIBRATED),
-        ):
+        for runs, mark in ((published, PUBLISHED), (calibrated, CALIBRATED)):
             for i, name in enumerate(names):
                 if name not in runs or channel not in runs[name].channels:
                     continue
@@ -79,11 +78,10 @@ def curves_figure(
                     label=f"{name}, {mark}",
                     linewidth=WIDTHS[mark],
                 )
-        draw_record(axes, records[channel], unit)
+        draw_record(axes, records[channel], unit, span[1])
         axes.set_ylabel(labelled(channel, shown_readings(np.zeros(1), unit)[1]))
         axes.margins(y=0.08)
-    until = max((float(run.time[-1]) for runs in (calibrated, published) for run in runs.values()), default=np.inf)
-    panels[-1].set_xlim(*milliseconds(np.asarray(shown_span(next(iter(records.values())).time, until))))
+    panels[-1].set_xlim(*milliseconds(np.asarray(span)))
     panels[-1].set_xlabel("Time on the record's clock [ms]")
     legend_above(panels[0], columns=3)
     return figure

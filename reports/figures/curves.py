@@ -26,8 +26,8 @@ from birdstrike.reports.figures.switches import MARK, RECORD, look
 
 LEFT_OUT = "record, left out of the fit"
 LIGHT = "#9C9C9C"
-LATE = 0.7
-"""Share of the record's end from which on a peak's value stands before its drop line: behind it, it leaves the axes."""
+LATE = 0.6
+"""Share of the axes' end from which on a peak's value stands before its drop line: behind it, it leaves the axes."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ def comparison_figure(channel: str, si_unit: str, record: RecordCurve, verified:
     """`verified`: method -> its run."""
     figure = Figure(figsize=(WIDE, 5.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
-    draw_record(above, record, si_unit)
     span = shown_span(record.time, max((float(one.time[-1]) for one in verified.values()), default=np.inf))
+    draw_record(above, record, si_unit, span[1])
     for method, curve in verified.items():
         _simulated(above, method, curve, si_unit, span, -1.0 if record.peak[1] < 0.0 else 1.0)
         _residual(below, method, record.time, curve.at_record - record.values, si_unit)
@@ -81,10 +81,10 @@ def comparison_figure(channel: str, si_unit: str, record: RecordCurve, verified:
     return figure
 
 
-def draw_record(axes: Axes, record: RecordCurve, si_unit: str) -> None:
+def draw_record(axes: Axes, record: RecordCurve, si_unit: str, until: float) -> None:
     """Points for a sparse record, a line for a dense one; bars of two standard deviations where they are known.
 
-    Readings that the fit left out are light, and have an entry of their own in the legend.
+    Readings that the fit left out are light, and have an entry of their own in the legend. until: end of the axes [s].
     """
     values = shown_readings(record.values, si_unit)[0]
     dense, at = is_dense(record.values), milliseconds(record.time)
@@ -97,7 +97,7 @@ def draw_record(axes: Axes, record: RecordCurve, si_unit: str) -> None:
         drawn = axes.errorbar(at, values, bars, fmt="none", ecolor=BLACK, elinewidth=0.8)
         for part in drawn.lines[2]:
             part.set_gid(MARK + RECORD)
-    _mark_peak(axes, record, si_unit)
+    _mark_peak(axes, record, si_unit, until)
 
 
 def draw_left_out(axes: Axes, at: Array, values: Array, dense: bool) -> None:
@@ -131,12 +131,12 @@ def _simulated(
     axes.plot(at[top], values[top], marker="v", markersize=6, zorder=6, **look(method))
 
 
-def _mark_peak(axes: Axes, record: RecordCurve, si_unit: str) -> None:
+def _mark_peak(axes: Axes, record: RecordCurve, si_unit: str, until: float) -> None:
     """A drop line to the time axis and the peak's value beside it, clear of the curve and within the axes."""
     time, value = record.peak
     at, top = float(milliseconds(np.asarray(time))), float(shown_readings(np.asarray(value), si_unit)[0])
     mark = MARK + RECORD
-    side, to = (1, "left") if time < LATE * record.time[-1] else (-1, "right")
+    side, to = (1, "left") if time < LATE * until else (-1, "right")
     axes.vlines(at, 0.0, top, color=BLACK, linewidth=0.7, linestyle=":", gid=mark)
     size, when, beyond = reading(value, si_unit), quantity(time, "s"), "≥" if value > 0.0 else "≤"
     axes.annotate(

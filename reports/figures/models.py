@@ -73,7 +73,7 @@ def _curves(
     span: tuple[float, float],
 ) -> None:
     if record is not None:
-        draw_record(axes, record, si_unit)
+        draw_record(axes, record, si_unit, span[1])
     for model in models:
         seen = (model.time >= span[0]) & (model.time <= span[1])
         values, at = shown_readings(model.values, si_unit)[0], milliseconds(model.time[seen])

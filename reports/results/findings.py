@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from birdstrike.data.formatting import listing, many
+from birdstrike.data.units import rounded
 from birdstrike.inversion.labels import in_words
 from birdstrike.inversion.results.diagnosis import Diagnosis
 from birdstrike.reports.figures.quantities import parameter_label, quantity, reading, significant, symbol, words
@@ -265,7 +266,7 @@ def balance(results: CampaignResults) -> str:
     )
 
 
-ROUNDING = 1e-9  # share of the bird's momentum up to which an error is one of floating-point numbers
+ROUNDING = 1e-9  # share up to which an error of momentum, or a correlation, is one of floating-point numbers
 
 
 def of_momentum(error: float) -> str:
@@ -277,7 +278,8 @@ def _lasted(seconds: float) -> str:
     """`28 s`, `4.6 minutes`, `3.2 hours`."""
     if seconds < 60.0:
         return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.2g} minutes" if seconds < 5940.0 else f"{seconds / 3600.0:.2g} hours"
+    size, unit = (seconds / 60.0, "minutes") if seconds < 5940.0 else (seconds / 3600.0, "hours")
+    return f"{rounded(size, 2)} {unit}"
 
 
 NO_BALANCE = "errors of energy and momentum not known: an external solver's are not read, look into its own output"

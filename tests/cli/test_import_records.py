@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from pathlib import Path
 
@@ -403,4 +404,6 @@ def test_microstrain_under_a_head_without_a_unit_is_told(tmp_path: Path) -> None
     found = invoke(source, "--sensor", "strain_back=Strain", "--scale", "strain_back=1e-6", "--out", tmp_path / "p.csv")
     assert found.exit_code == 0, found.output
     assert "no gauge survives" not in found.stdout
+    found = invoke(source, "--sensor", "strain_back=Strain", "--scale", "strain_back=1e-5", "--out", tmp_path / "q.csv")
+    assert re.search(r"largest 277\d\d µm/m at 1\.5", found.stdout), "2.77e+04"
     assert read_measured(tmp_path / "p.csv").channels["strain_back"].max() == pytest.approx(2771e-6, rel=0.01)

@@ -166,6 +166,8 @@ def test_the_largest_reading_is_the_one_farthest_from_zero() -> None:
     """A sensor that moves the other way alone was said to peak at 0."""
     found = Histories(np.array([0.0, 1e-3, 2e-3]), {"u": np.array([0.0, -4e-3, 1e-3])}, {"u": "m"}, {})
     assert _peak(found, "u") == "-4 mm at 1.000 ms"
+    gauge = Histories(found.time, {"strain_back": np.array([0.0, 0.01234, 0.0])}, {"strain_back": ""}, {})
+    assert _peak(gauge, "strain_back") == "12340 µm/m at 1.000 ms", "1.234e+04"
 
 
 def test_the_hint_at_the_end_is_of_the_cases_own_model(tmp_path) -> None:

@@ -155,6 +155,9 @@ def test_a_dead_sensor_is_told(tmp_path: Path) -> None:
     path.write_text("time [ms],displacement_centre [mm]\n0,0\n1,0\n2,0\n")
     with pytest.raises(MeasuredError, match="is zero everywhere: a dead sensor"):
         read_measured(path).refuse_dead_sensors()
+    path.write_text("time [ms],strain_back [um/m]\n0,12340\n1,12340\n2,12340\n")
+    with pytest.raises(MeasuredError, match="reads 12340 µm/m everywhere"):
+        read_measured(path).refuse_dead_sensors()
 
 
 def test_each_of_several_records_keeps_those_of_the_channels_that_it_has() -> None:

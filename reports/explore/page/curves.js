@@ -9,7 +9,7 @@ const panelOf = (shot, channel, many, read) => {
   const canvas = element("canvas", { tabIndex: 0, role: "img" });
   const reading = element("span", { className: "reading", "aria-live": "polite" });
   const box = element("figure", { className: "panel" },
-    element("figcaption", {}, element("b", {}, name), ` [${channel.unit || "–"}] `, misfit, reading), canvas);
+    element("figcaption", {}, element("b", {}, name), ` [${channel.unit}] `, misfit, reading), canvas);
   const panel = { box, canvas, misfit, reading, shot, channel, name, frames: null, still: document.createElement("canvas") };
   canvas.addEventListener("pointermove", (event) => read(panel, event.offsetX));
   canvas.addEventListener("pointerleave", () => { reading.textContent = ""; });

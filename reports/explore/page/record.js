@@ -123,7 +123,7 @@ const matchRecord = (record, shot, start, end, source) => {
   Object.entries(record.channels).forEach(([name, column]) => {
     const own = shot.channels.find((channel) => channel.name === name);
     if (!own) errors.push(`"${name}" is no sensor of this page; its sensors: ${known.join(", ")}`);
-    else if (own.si !== column.si) errors.push(`"${name}" is given in a unit of another kind than ${own.unit || "a bare number"}`);
+    else if (own.si !== column.si) errors.push(`"${name}" is given in a unit of another kind than ${own.unit}`);
     else if (!column.values.some((v) => Number.isFinite(v) && v !== 0)) errors.push(`"${name}" is zero everywhere: a dead sensor? leave its column out`);
   });
   const inside = ({ values }) => record.time.filter((t, i) => t >= start && t <= end && Number.isFinite(values[i]));

@@ -32,6 +32,9 @@ def test_histories_show_channels_and_peaks() -> None:
     table = HISTORIES.to_dataframe()
     assert list(table) == ["time_s", "displacement_centre_m", "<b>force_N"]
     assert np.array_equal(table["displacement_centre_m"], HISTORIES.channels["displacement_centre"])
+    gauge = Histories(TIME, {"strain_back": 6.0 * TIME}, {"strain_back": ""})
+    assert gauge.headline.endswith("peak of strain_back 12000 µm/m"), "1.2e+04"
+    assert "<td>12000</td>" in gauge._repr_html_()
 
 
 def test_a_plot_of_a_channel_that_is_not_there_names_those_that_are(loop: Path) -> None:

@@ -370,13 +370,16 @@ def test_curves_that_share_a_switch_are_read_one_by_one() -> None:
 def test_the_words_of_a_peak_at_a_record_s_end_stay_within_the_axes() -> None:
     """Behind the drop line they left the axes, which were then drawn narrower than those of the other sensors."""
     rising = 1e-3 * RECORD_TIMES / RECORD_TIMES[-1]
-    figure = comparison_figure(
-        "displacement_centre", "m", RecordCurve(RECORD_TIMES, rising, None, "record, measured"), {}
-    )
-    figure.draw_without_rendering()
-    above = figure.axes[0]
-    (words,) = (text for text in above.texts if text.get_text().startswith("peak"))
-    assert words.get_window_extent().x1 <= above.bbox.x1
+    short = RecordCurve(RECORD_TIMES, rising, None, "record, measured")
+    end, logged = float(RUN.time[-1]), np.linspace(0.0, 0.1, 2001)  # shown to 1.3 times the simulation's end
+    long = RecordCurve(logged, 1e-3 * np.exp(-(((logged - 1.2 * end) / 1e-3) ** 2)), None, "record, measured")
+    run = VerifiedCurve(RUN.time, RUN.channels["displacement_centre"], np.zeros(len(logged)))
+    for record, verified in ((short, {}), (long, {"emulator": run})):
+        figure = comparison_figure("displacement_centre", "m", record, verified)
+        figure.draw_without_rendering()
+        above = figure.axes[0]
+        (words,) = (text for text in above.texts if text.get_text().startswith("peak"))
+        assert words.get_window_extent().x1 <= above.bbox.x1
 
 
 def test_a_strain_has_its_unit_on_the_axis_and_residuals_say_their_sense() -> None:

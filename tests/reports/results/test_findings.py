@@ -155,6 +155,8 @@ def test_the_energy_balance_names_the_worst_run_and_the_cost(results: Results) -
     line = findings(replace(results, summaries=brief))[4]
     assert "worst momentum error at the level of rounding" in line, "1e-15 of the bird's momentum"
     assert f"; {len(brief)} s of solver time." in line, "0.46 minutes"
+    long = {name: {**one, "wall_s": 2e4} for name, one in results.summaries.items()}
+    assert "; 150 hours of solver time." in findings(replace(results, summaries=long))[4], "1.5e+02 hours"
 
 
 def test_failures_and_the_simulations_own_warnings_reach_the_reader(results: Results) -> None:
