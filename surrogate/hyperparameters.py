@@ -50,7 +50,8 @@ def _posterior(u: Array, y: Array, seed: int) -> tuple[Array, Array]:
     rng = np.random.default_rng(seed)
     points = bounds[:, 0] + qmc.Sobol(d + 1, rng=rng).random(DRAWS) * np.ptp(bounds, axis=1)
     likelihood, proposals = _log_likelihood(u, y, points), list[_Student]()
-    density = np.full(DRAWS, -np.log(np.ptp(bounds, axis=1)).sum())
+    uniform = -np.log(np.ptp(bounds, axis=1)).sum()
+    density = np.full(DRAWS, uniform)
     for number in range(MOST_ROUNDS):
         log_weights = likelihood - density
         if number >= FEWEST_ROUNDS and _worth(_weights(log_weights)) >= ENOUGH:
@@ -60,8 +61,7 @@ def _posterior(u: Array, y: Array, seed: int) -> tuple[Array, Array]:
         inside = ((drawn >= bounds[:, 0]) & (drawn <= bounds[:, 1])).all(axis=1)
         points = np.vstack([points, drawn[inside]])
         likelihood = np.append(likelihood, _log_likelihood(u, y, drawn[inside]))
-        everywhere = np.full(len(points), -np.log(np.ptp(bounds, axis=1)).sum())
-        density = np.logaddexp.reduce([everywhere, *(one.log_density(points) for one in proposals)])
+        density = np.logaddexp.reduce([np.full(len(points), uniform), *(one.log_density(points) for one in proposals)])
     return points, _tempered(likelihood - density, 1.0)
 
 

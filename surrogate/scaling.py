@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, logit
 
+from birdstrike.data.dataset import Ranges
 from birdstrike.data.histories import Array
-from birdstrike.data.ranges import Ranges
 
 
 @dataclass(frozen=True)

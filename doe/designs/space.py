@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from birdstrike.data.dataset import Dataset
+from birdstrike.data.dataset import Dataset, Ranges
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.data.ranges import Ranges
 from birdstrike.solver.case.case import Case, Parameter
 from birdstrike.solver.case.remarks import example_parameter
 

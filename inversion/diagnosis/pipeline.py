@@ -180,8 +180,7 @@ class Pipeline:
                     break
                 ranking = rank(again, progress)
             p = alarm(ranking, self.options.seed)
-            measured = tuple(shot for shot in ranking.problem.shots if not shot.baseline)
-            measured_alone = replace(self, shots=measured)
+            measured_alone = replace(self, shots=ranking.problem.measured)
             return measured_alone._assembled(measured_alone._decided(ranking, p, heldout), refinement)
 
     @cached_property

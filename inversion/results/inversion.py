@@ -12,10 +12,10 @@ import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
 from birdstrike.data.columns import read_columns
+from birdstrike.data.dataset import fraction
 from birdstrike.data.display import Displayed, own_axes
 from birdstrike.data.errors import UserError
 from birdstrike.data.formatting import plain, quantity, span
-from birdstrike.data.ranges import fraction
 from birdstrike.data.storage.files import file_in, write_atomically
 from birdstrike.inversion.results.estimates import Answer, ends_95
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin

@@ -17,6 +17,7 @@ from birdstrike.reports.export.fixed_columns import card, columns, comments, ten
 from birdstrike.reports.export.model import ShellPart, StrikeModel
 from birdstrike.reports.export.numbering import Numbering
 from birdstrike.reports.export.radioss_materials import WIDE, bird_lines, metal_lines, remarks_on, shell_lines
+from birdstrike.solver.case.plate import PlateMaterial
 
 VERSION = 2022
 NAMES = {"t": "Mg", "us": "mus"}
@@ -26,8 +27,8 @@ NONE = 1e-20
 """Written where 0 would mean Radioss's own default."""
 PICTURES, TIME_STEP = 20, 0.67
 """Animation files of a run; share of the stable step."""
-NEVER_TORN = 10.0
-"""Largest failure strain of a shell that a case may state: a plate's that never tears."""
+NEVER_TORN = float(PlateMaterial.model_fields["failure_strain"].default)
+"""Failure strain of a plate that never tears: what a case has that states none."""
 FLUID_SOLID, HEX_SOLID = 1, 24
 """Isolid: one point with viscous hourglass control, and with physical stabilisation."""
 QUADRATIC, LINEAR = 0.75, 0.06

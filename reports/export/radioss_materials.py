@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import UnitSystem
-from birdstrike.reports.export.cards import NO_TENSION
+from birdstrike.reports.export.cards import NO_TENSION, erodes
 from birdstrike.reports.export.fixed_columns import card, columns
 from birdstrike.solver.bird.eos.grueneisen import Grueneisen
 from birdstrike.solver.bird.eos.interface import Law
@@ -55,7 +55,7 @@ def remarks_on(material: BirdMaterial, sph: bool) -> Iterator[str]:
             "LAW2 takes its deviator from a particle that reaches the failure strain and leaves it its pressure, in "
             "tension too; in birdstrike it erodes and pushes nothing: compare with failure_strain = 100, none"
         )
-    if isinstance(material, NullMaterial) and material.build(1000.0).volume_limits != (float("inf"), 0.0):
+    if isinstance(material, NullMaterial) and erodes(material, 1000.0):
         yield (
             "LAW6 has no erosion limits: what erodes in birdstrike stays in this deck; compare with "
             "tension_erosion = compression_erosion = 0"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from birdstrike.data.ranges import fraction
+from birdstrike.data.dataset import fraction
 from birdstrike.reports.figures.quantities import bound, parameter_label
 from birdstrike.reports.figures.style import METHOD_MARKERS, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import COLOURS

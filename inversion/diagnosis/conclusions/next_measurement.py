@@ -129,7 +129,7 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
 
 def _further_sensors(ranking: Ranking, shot: Shot, compared: list[str]) -> Iterator[tuple[str, str, Array]]:
     """Sensors of the plan that no record has: name, in words, and their information in all shots together."""
-    measured = [one for one in ranking.problem.shots if not one.baseline]
+    measured = ranking.problem.measured
     there = {name for one in measured for name in (*one.channels, *one.setup.unpredictable)}
     where = "one more sensor in every shot" if len(measured) > 1 else "one more sensor"
     for name, sensor in shot.setup.plan.coarse.sensors.items():
@@ -150,8 +150,7 @@ def _beside_own_bird(ranking: Ranking, compared: list[str]) -> tuple[Array, int]
     """As `record_information`, of the measured shots where a baseline shows all of the model error that they share."""
     problem, fit = ranking.problem, ranking.fits[NONE]
     known = replace(problem.known, fixed={**problem.known.fixed, **dict.fromkeys(problem.known.learnt, 0.0)})
-    shots = tuple(shot for shot in problem.shots if not shot.baseline)
-    found = replace(problem, shots=shots, known=known).tested(NOTHING, Places(fit.places.z, {}))
+    found = replace(problem, shots=problem.measured, known=known).tested(NOTHING, Places(fit.places.z, {}))
     return record_information(found.tester, compared, int(found.evidence.weights.argmax()))
 
 

@@ -23,6 +23,7 @@ from birdstrike.inversion.diagnosis.conclusions.next_measurement import (
 from birdstrike.inversion.diagnosis.inference.evidence import ModelTester
 from birdstrike.inversion.diagnosis.inference.hypotheses import NOTHING
 from birdstrike.inversion.diagnosis.inference.linearisation import Places
+from birdstrike.inversion.diagnosis.inference.ranking import Problem
 from birdstrike.inversion.diagnosis.inference.system import System
 from birdstrike.inversion.diagnosis.preparation.discrepancy import Amplitudes, repeatability, started
 from birdstrike.inversion.estimation.prior import UNIFORM_SD
@@ -91,6 +92,7 @@ class Shots:
 
     shots: tuple[Any, ...]
     known: Amplitudes
+    measured = Problem.measured
 
     def tested(self, model: Any, places: Places) -> Any:
         """The model without an effect on what is left of the shots."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from birdstrike.data.ranges import fraction
+from birdstrike.data.dataset import fraction
 from tests.inversion.stand_in import campaign, over_decades, spread
 
 
